@@ -1,0 +1,1 @@
+// Nothing: a shared library wants one source of its own.

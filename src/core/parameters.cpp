@@ -1,0 +1,84 @@
+#include "core/parameters.h"
+
+#include <string>
+
+namespace batchenc {
+namespace {
+
+Expected<void> check_range(const char* name, std::int32_t value, std::int32_t low, std::int32_t high) {
+    if (value >= low && value <= high) return {};
+    return fail(ErrorCode::kInvalidArgument, std::string(name) + " is " + std::to_string(value) +
+                                                 ", outside " + std::to_string(low) + " to " +
+                                                 std::to_string(high));
+}
+
+}  // namespace
+
+std::string_view to_name(CodecMethod method) {
+    switch (method) {
+        case CodecMethod::kStatic:
+            return "static";
+        case CodecMethod::kSplitcoder:
+            return "splitcoder";
+        case CodecMethod::kRlpca:
+            return "rlpca";
+        case CodecMethod::kOrlpca:
+            return "orlpca";
+        case CodecMethod::kPdct:
+            return "pdct";
+        case CodecMethod::kRtpca:
+            return "rtpca";
+    }
+    return "unknown";
+}
+
+std::string_view to_name(SegmentationMethod method) {
+    switch (method) {
+        case SegmentationMethod::kRegionGrowing:
+            return "region-growing";
+        case SegmentationMethod::kClustering:
+            return "clustering";
+        case SegmentationMethod::kAdaptive:
+            return "adaptive";
+        case SegmentationMethod::kRigid:
+            return "rigid";
+    }
+    return "unknown";
+}
+
+std::string_view to_name(CoordinateSpace space) {
+    switch (space) {
+        case CoordinateSpace::kLocal:
+            return "local";
+        case CoordinateSpace::kWorld:
+            return "world";
+    }
+    return "unknown";
+}
+
+Expected<void> check_parameters(const SegmentationParameters& parameters) {
+    if (parameters.method != SegmentationMethod::kClustering) {
+        return fail(ErrorCode::kUnsupported, "segmentation method '" +
+                                                 std::string(to_name(parameters.method)) +
+                                                 "' is not in this version; use clustering");
+    }
+    return check_range("segmentation.clusters", parameters.clusters, 1, 65535);
+}
+
+Expected<void> check_parameters(const CodecParameters& parameters) {
+    if (parameters.method != CodecMethod::kRlpca) {
+        return fail(ErrorCode::kUnsupported, "codec method '" + std::string(to_name(parameters.method)) +
+                                                 "' is not in this version; use rlpca");
+    }
+    if (parameters.space != CoordinateSpace::kLocal && parameters.space != CoordinateSpace::kWorld) {
+        return fail(
+            ErrorCode::kUnsupported,
+            "codec space " + std::to_string(static_cast<int>(parameters.space)) + " is not in this version");
+    }
+    return check_range("codec.components", parameters.components, 1, 4096)
+        .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
+        .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
+        .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); });
+}
+
+}  // namespace batchenc

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "core/error.h"
+
+namespace batchenc {
+
+// What a job may choose. The numbers of the enumerations stand in bitstreams and never change.
+
+/// The coder of a clip.
+enum class CodecMethod : std::uint8_t {
+    kStatic = 1,
+    kSplitcoder = 2,
+    kRlpca = 3,
+    kOrlpca = 4,
+    kPdct = 5,
+    kRtpca = 6,
+};
+
+/// How the vertices of a clip are divided into clusters (chapter 4).
+enum class SegmentationMethod : std::uint8_t {
+    kRegionGrowing = 1,
+    kClustering = 2,
+    kAdaptive = 3,
+    kRigid = 4
+};
+
+/// Where the principal components of a cluster are taken: in its local coordinate frame (RLPCA) or in the
+/// world (LPCA; with one cluster the global PCA).
+enum class CoordinateSpace : std::uint8_t { kLocal = 0, kWorld = 1 };
+
+/// Name as it stands in a job file, such as "rlpca", "clustering", "local"; "unknown" for a number that is
+/// none.
+std::string_view to_name(CodecMethod method);
+std::string_view to_name(SegmentationMethod method);
+std::string_view to_name(CoordinateSpace space);
+
+struct SegmentationParameters {
+    SegmentationMethod method = SegmentationMethod::kClustering;
+    std::int32_t clusters =
+        20;  ///< wanted number of clusters, 1 … 65535; fewer where there are fewer distinct points
+};
+
+struct CodecParameters {
+    CodecMethod method = CodecMethod::kRlpca;
+    CoordinateSpace space = CoordinateSpace::kLocal;
+    std::int32_t components =
+        20;  ///< principal components a cluster, 1 … 4096; fewer where the rank is lower
+    std::int32_t basis_bits = 12;        ///< bits of a basis value over its matrix' range, 2 … 20
+    std::int32_t coefficient_bits = 12;  ///< bits of a coefficient over its matrix' range, 2 … 20
+    std::int32_t frame_bits = 16;        ///< bits of a seed triangle's coordinate over e_max, 4 … 22
+};
+
+/// Refuses parameters outside the ranges above (kInvalidArgument, naming the parameter), and methods that
+/// this build does not have (kUnsupported).
+Expected<void> check_parameters(const SegmentationParameters& parameters);
+Expected<void> check_parameters(const CodecParameters& parameters);
+
+}  // namespace batchenc
