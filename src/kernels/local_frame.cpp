@@ -1,0 +1,49 @@
+#include "kernels/local_frame.h"
+
+#include <cmath>
+
+namespace batchenc {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vector over(const Vector& a, double s) { return {a[0] / s, a[1] / s, a[2] / s}; }
+Vector cross(const Vector& a, const Vector& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+}  // namespace
+
+LocalFrame local_frame(const Vector& p1, const Vector& p2, const Vector& p3, const LocalFrame& previous) {
+    LocalFrame lcf;
+    lcf.origin = {0.5 * (p1[0] + p2[0]), 0.5 * (p1[1] + p2[1]), 0.5 * (p1[2] + p2[2])};
+    lcf.rotation = previous.rotation;
+    const Vector edge = minus(p2, p1);
+    const Vector normal = cross(edge, minus(p3, p1));
+    const double edge_length = std::sqrt(dot(edge, edge));
+    const double normal_length = std::sqrt(dot(normal, normal));
+    if (!(edge_length > 0.0) || !(normal_length > 0.0)) return lcf;
+    const Vector x = over(edge, edge_length);
+    const Vector z = over(normal, normal_length);
+    const Vector y = cross(z, x);
+    lcf.rotation = {x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]};
+    return lcf;
+}
+
+LocalFrameTrack::LocalFrameTrack(std::int64_t frames)
+    : frame_count(frames),
+      stride((frames + 15) / 16 * 16),
+      values(static_cast<std::size_t>(12 * stride), 0.0f) {}
+
+void LocalFrameTrack::set(std::int64_t frame, const LocalFrame& lcf) {
+    for (int k = 0; k < 9; ++k)
+        values[static_cast<std::size_t>(k * stride + frame)] =
+            static_cast<float>(lcf.rotation[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < 3; ++k)
+        values[static_cast<std::size_t>((9 + k) * stride + frame)] =
+            static_cast<float>(lcf.origin[static_cast<std::size_t>(k)]);
+}
+
+}  // namespace batchenc
