@@ -1,0 +1,99 @@
+#include "codecs/clip_codec.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "codecs/clip_bitstream.h"
+#include "codecs/rlpca.h"
+
+namespace batchenc {
+namespace {
+
+tl::unexpected<Error> unknown_method(CodecMethod method) {
+    return fail(ErrorCode::kUnsupported,
+                "coder '" + std::string(to_name(method)) + "' is not in this version");
+}
+
+/// Bytes of a clip by section; headers are what the payloads leave.
+SectionBytes section_bytes_of(const ClipBitstream& clip, std::size_t size_bytes) {
+    const auto size_of = [&](SectionId id) { return static_cast<std::int64_t>(clip.payload(id).size()); };
+    SectionBytes bytes;
+    bytes.segmentation = size_of(SectionId::kSegmentation);
+    bytes.frames = size_of(SectionId::kFrames);
+    bytes.basis = size_of(SectionId::kBasis);
+    bytes.coefficients = size_of(SectionId::kCoefficients);
+    bytes.residuals = size_of(SectionId::kResiduals);
+    bytes.headers = static_cast<std::int64_t>(size_bytes) - bytes.total();
+    return bytes;
+}
+
+Expected<void> check_finite(PositionsView positions) {
+    const std::int64_t values_per_frame = 3 * positions.vertex_count();
+    for (std::int64_t f = 0; f < positions.frame_count(); ++f) {
+        const float* p = positions.at(f, 0);
+        std::uint32_t largest =
+            0;  // on bits, so that the loop vectorises: exponents of all ones are NaN and Inf
+        for (std::int64_t k = 0; k < values_per_frame; ++k)
+            largest = std::max(largest, std::bit_cast<std::uint32_t>(p[k]) & 0x7fffffffu);
+        if (largest < 0x7f800000u) continue;
+        std::int64_t k = 0;
+        while (std::isfinite(p[k])) ++k;
+        return fail(ErrorCode::kNotFinite,
+                    "frame " + std::to_string(f) + ", vertex " + std::to_string(k / 3) + " is not finite");
+    }
+    return {};
+}
+
+}  // namespace
+
+SectionBytes& SectionBytes::operator+=(const SectionBytes& other) {
+    headers += other.headers;
+    segmentation += other.segmentation;
+    frames += other.frames;
+    basis += other.basis;
+    coefficients += other.coefficients;
+    residuals += other.residuals;
+    return *this;
+}
+
+Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
+                                  const Segmentation& segmentation, const CodecParameters& parameters,
+                                  const Executor& executor) {
+    if (auto valid = check_parameters(parameters); !valid) return tl::unexpected(valid.error());
+    if (positions.frame_count() < 1 || positions.vertex_count() < 1)
+        return fail(ErrorCode::kInvalidArgument, "a clip needs a frame and a vertex");
+    if (static_cast<std::int64_t>(segmentation.labels.size()) != positions.vertex_count() ||
+        segmentation.cluster_count() < 1) {
+        return fail(ErrorCode::kInvalidArgument, "the segmentation is not of this clip");
+    }
+    if (auto finite = check_finite(positions); !finite) return tl::unexpected(finite.error());
+    if (parameters.method != CodecMethod::kRlpca) return unknown_method(parameters.method);
+    auto clip = encode_rlpca(positions, triangles, segmentation, parameters, executor);
+    if (!clip) return clip;
+    auto info = read_clip_info(clip->bitstream);
+    if (!info) return tl::unexpected(info.error());
+    clip->section_bytes = info->section_bytes;
+    return clip;
+}
+
+Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
+    const auto clip = parse_clip_bitstream(bitstream);
+    if (!clip) return tl::unexpected(clip.error());
+    if (clip->method != CodecMethod::kRlpca) return unknown_method(clip->method);
+    auto info = read_rlpca_info(*clip);
+    if (info) info->section_bytes = section_bytes_of(*clip, bitstream.size());
+    return info;
+}
+
+Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t> bitstream,
+                                                   std::span<const Triangle> triangles,
+                                                   std::int32_t components, std::int64_t size_limit_bytes,
+                                                   const Executor& executor) {
+    const auto clip = parse_clip_bitstream(bitstream);
+    if (!clip) return tl::unexpected(clip.error());
+    if (clip->method != CodecMethod::kRlpca) return unknown_method(clip->method);
+    return decode_rlpca(*clip, triangles, components, size_limit_bytes, executor);
+}
+
+}  // namespace batchenc

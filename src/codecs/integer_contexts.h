@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "kernels/cluster_traversal.h"
+#include "kernels/range_coder.h"
+
+namespace batchenc {
+
+/// Contexts by the size that integers are expected to have, told by a small class number that the stream
+/// carries: class c stands for a mean magnitude of 2^((c - 8) / 2). Runs of similar size share what they have
+/// learnt. One object a stream and side.
+class ScaleContexts {
+ public:
+    static constexpr int kClasses = 56;
+
+    /// Class of a mean magnitude; 0 for the smallest.
+    static int class_of(double mean_magnitude);
+    /// Context of a class; a class outside the range, which only a corrupt stream names, is treated as the
+    /// nearest.
+    IntegerModel& of(int scale_class);
+
+    int last_class = 16;  ///< of the run before in this stream; classes are coded as differences
+    IntegerModel class_change{2.0};
+    IntegerModel choice{1.0};  ///< predictor or order of each run
+
+ private:
+    std::array<std::unique_ptr<IntegerModel>, kClasses> models_;
+};
+
+/// Contexts of series along time.
+struct SeriesContexts {
+    ScaleContexts scales;
+    std::array<IntegerModel, 3> starts = {IntegerModel(2000.0), IntegerModel(100.0),
+                                          IntegerModel(30.0)};  ///< of the first values
+};
+
+/// Codes one series along time: the best prediction order, the residuals' scale, the residuals (see
+/// kernels/temporal_series.h).
+void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series);
+/// The way back; false when the stream is seen to be corrupt (the caller's finish() finds the rest).
+bool decode_series(RangeDecoder& decoder, SeriesContexts& contexts, std::span<std::int32_t> series);
+
+/// Codes one column of a basis, three values a vertex in the traversal's order: plain, or each value against
+/// the mean of its predecessors over the mesh, whichever is smaller.
+void encode_column(RangeEncoder& encoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
+                   std::span<const std::int32_t> column);
+bool decode_column(RangeDecoder& decoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
+                   std::span<std::int32_t> column);
+
+}  // namespace batchenc

@@ -1,0 +1,381 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "codecs/rlpca.h"
+#include "codecs/rlpca_layout.h"
+#include "kernels/byte_stream.h"
+#include "kernels/quantizer.h"
+#include "kernels/reconstruction.h"
+
+namespace batchenc {
+namespace {
+
+Expected<MinMaxQuantizer> read_quantizer(ByteReader& reader) {
+    const auto low = reader.get<float>();
+    const auto step = reader.get<float>();
+    if (!low || !step) return fail(ErrorCode::kCorrupt, "the table of quantisers ends too early");
+    if (!std::isfinite(*low) || !std::isfinite(*step) || *step < 0.0f)
+        return fail(ErrorCode::kCorrupt, "a quantiser is not finite");
+    return MinMaxQuantizer{*low, *step};
+}
+
+/// Sizes, then bytes, of `count` streams; checked against the section, and their values against what the
+/// bytes can hold.
+Expected<std::vector<std::span<const std::uint8_t>>> split_streams(
+    ByteReader& reader, const std::vector<std::vector<std::int32_t>>& streams,
+    std::span<const std::int64_t> values_of_cluster) {
+    std::vector<std::uint64_t> sizes;
+    for (std::size_t s = 0; s < streams.size(); ++s) {
+        const auto size = reader.get_varint(reader.remaining());
+        if (!size) return tl::unexpected(size.error());
+        sizes.push_back(*size);
+    }
+    std::vector<std::span<const std::uint8_t>> parts;
+    for (std::size_t s = 0; s < streams.size(); ++s) {
+        const auto part = reader.get_bytes(sizes[s]);
+        if (!part) return tl::unexpected(part.error());
+        std::uint64_t values = 0;
+        for (const std::int32_t i : streams[s])
+            values += static_cast<std::uint64_t>(values_of_cluster[static_cast<std::size_t>(i)]);
+        if (values > max_symbol_count(part->size()))
+            return fail(ErrorCode::kCorrupt, "more values than the bytes can hold");
+        parts.push_back(*part);
+    }
+    if (reader.remaining() != 0) return fail(ErrorCode::kCorrupt, "bytes left over");
+    return parts;
+}
+
+/// Decodes all streams at once. decode_stream(decoder, clusters) returns false on corruption; `whole` says
+/// whether it decodes each stream to its end, which is then checked.
+template <typename DecodeStream>
+Expected<void> decode_streams(const std::vector<std::span<const std::uint8_t>>& parts,
+                              const std::vector<std::vector<std::int32_t>>& streams, bool whole,
+                              const Executor& executor, DecodeStream decode_stream) {
+    std::vector<std::uint8_t> good(parts.size(), 0);
+    executor.for_each(static_cast<std::int64_t>(parts.size()), [&](std::int64_t index) {
+        const auto s = static_cast<std::size_t>(index);
+        auto decoder = RangeDecoder::open(parts[s]);
+        good[s] = decoder && decode_stream(*decoder, streams[s]) && (!whole || decoder->finish());
+    });
+    if (std::find(good.begin(), good.end(), 0) != good.end())
+        return fail(ErrorCode::kCorrupt, "a coded stream does not decode");
+    return {};
+}
+
+/// Turns levels relative to zero into values. False for a level outside the scale.
+template <typename Store>
+bool dequantize_levels(std::span<const std::int32_t> levels, const MinMaxQuantizer& quantizer, int bits,
+                       Store store) {
+    const std::int32_t zero = quantizer.zero_level(bits);
+    const auto top = std::uint32_t{1} << bits;
+    bool good = true;
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+        const std::uint32_t level = static_cast<std::uint32_t>(levels[k]) + static_cast<std::uint32_t>(zero);
+        good &= level <= top;
+        store(k, quantizer.dequantize(static_cast<std::int32_t>(level)));
+    }
+    return good;
+}
+
+class RlpcaClip final : public DecodedClip {
+ public:
+    const ClipInfo& info() const override { return info_; }
+    const std::vector<std::int32_t>& labels() const override { return segmentation_.labels; }
+
+    Expected<void> decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
+                          std::int32_t components, std::int64_t size_limit_bytes, const Executor& executor);
+    Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
+                               const Executor& executor) const override;
+
+ private:
+    Expected<void> decode_frames(std::span<const std::uint8_t> payload, const Executor& executor);
+    Expected<void> decode_basis(std::span<const std::uint8_t> payload, std::int32_t components,
+                                std::int64_t size_limit_bytes, const Executor& executor);
+    Expected<void> decode_coefficients(std::span<const std::uint8_t> payload, std::int64_t size_limit_bytes,
+                                       const Executor& executor);
+    void reconstruct_block(std::int64_t begin, std::int64_t count, float* out) const;
+
+    std::size_t cluster_count() const { return static_cast<std::size_t>(header_.cluster_count); }
+    bool local() const { return header_.space == CoordinateSpace::kLocal; }
+    std::int64_t stride() const { return (info_.frame_count + 15) / 16 * 16; }
+
+    ClipInfo info_;
+    RlpcaHeader header_;
+    CodedSegmentation segmentation_;
+    std::vector<ClusterTraversal> clusters_;
+    std::vector<SeedTrianglePath> paths_;         // local space only
+    std::vector<LocalFrameTrack> tracks_;         // one a cluster; one for all in world space
+    std::vector<std::int64_t> coded_components_;  // in the stream
+    std::vector<std::int64_t> used_components_;   // decoded of them
+    std::vector<PackedBasis> bases_;
+    std::vector<std::vector<float>> coefficients_;  // rows of stride() floats
+};
+
+Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
+                                 std::int32_t components, std::int64_t size_limit_bytes,
+                                 const Executor& executor) {
+    auto info = read_rlpca_info(clip);
+    if (!info) return tl::unexpected(info.error());
+    info_ = std::move(*info);
+    auto header = RlpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
+    if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
+    header_ = *header;
+    for (const Triangle& t : triangles) {
+        for (const std::int32_t v : t) {
+            if (v < 0 || v >= clip.vertex_count)
+                return fail(ErrorCode::kCorrupt,
+                            "the connectivity names vertices that the clip does not have");
+        }
+    }
+    if (clip.vertex_count > size_limit_bytes / 64 || clip.frame_count > size_limit_bytes / 64) {
+        return fail(ErrorCode::kLimit,
+                    "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
+                        " vertices, " + std::to_string(clip.frame_count) + " frames");
+    }
+    auto segmentation =
+        read_segmentation(clip.payload(SectionId::kSegmentation), clip.vertex_count, header_.cluster_count,
+                          local() ? header_.cluster_count : 0, triangles);
+    if (!segmentation) return fail_within(section_name(SectionId::kSegmentation), segmentation.error());
+    segmentation_ = std::move(*segmentation);
+    clusters_ = RlpcaLayout(segmentation_.labels, segmentation_.seed_triangles, header_.cluster_count,
+                            triangles, executor)
+                    .clusters;
+
+    const auto in = [](SectionId section) {
+        return
+            [section](Error error) { return fail_within(section_name(section), std::move(error)).value(); };
+    };
+    return decode_frames(clip.payload(SectionId::kFrames), executor)
+        .map_error(in(SectionId::kFrames))
+        .and_then([&] {
+            return decode_basis(clip.payload(SectionId::kBasis), components, size_limit_bytes, executor)
+                .map_error(in(SectionId::kBasis));
+        })
+        .and_then([&] {
+            return decode_coefficients(clip.payload(SectionId::kCoefficients), size_limit_bytes, executor)
+                .map_error(in(SectionId::kCoefficients));
+        });
+}
+
+Expected<void> RlpcaClip::decode_frames(std::span<const std::uint8_t> payload, const Executor& executor) {
+    if (!local()) {
+        if (!payload.empty()) return fail(ErrorCode::kCorrupt, "world space has no frames");
+        tracks_.push_back(header_.world_track(info_.frame_count));
+        return {};
+    }
+    ByteReader reader(payload);
+    const std::vector<std::int64_t> values(cluster_count(), 9 * info_.frame_count);
+    const auto streams = deal_streams(values);
+    const auto parts = split_streams(reader, streams, values);
+    if (!parts) return tl::unexpected(parts.error());
+    paths_.resize(cluster_count());
+    tracks_.resize(cluster_count(), LocalFrameTrack(0));
+    const std::int64_t limit =
+        std::int64_t{4} << header_.frame_bits;  // edges reach twice across the box; both keep int32 safe
+    return decode_streams(*parts, streams, true, executor,
+                          [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
+                              SeriesContexts contexts;
+                              for (const std::int32_t index : clusters) {
+                                  const auto i = static_cast<std::size_t>(index);
+                                  for (auto& series : paths_[i].series) {
+                                      series.resize(static_cast<std::size_t>(info_.frame_count));
+                                      if (!decode_series(decoder, contexts, series)) return false;
+                                      for (const std::int32_t level : series) {
+                                          if (level > limit || level < -limit) return false;
+                                      }
+                                  }
+                                  tracks_[i] = paths_[i].track(header_);
+                              }
+                              return true;
+                          });
+}
+
+Expected<void> RlpcaClip::decode_basis(std::span<const std::uint8_t> payload, std::int32_t components,
+                                       std::int64_t size_limit_bytes, const Executor& executor) {
+    ByteReader reader(payload);
+    std::vector<MinMaxQuantizer> quantizers(cluster_count());
+    std::vector<std::int64_t> values(cluster_count());
+    std::int64_t largest = 0, total = 0;
+    coded_components_.resize(cluster_count());
+    used_components_.resize(cluster_count());
+    for (std::size_t i = 0; i < cluster_count(); ++i) {
+        const std::int64_t rows = 3 * clusters_[i].size();
+        const auto count = reader.get_varint(static_cast<std::uint64_t>(
+            std::min({static_cast<std::int64_t>(header_.components), rows, info_.frame_count})));
+        if (!count) return tl::unexpected(count.error());
+        coded_components_[i] = static_cast<std::int64_t>(*count);
+        used_components_[i] =
+            components < 0 ? coded_components_[i] : std::min<std::int64_t>(components, coded_components_[i]);
+        values[i] = rows * coded_components_[i];
+        largest = std::max(largest, used_components_[i]);
+        total += rows * used_components_[i];
+        if (*count == 0) continue;
+        const auto quantizer = read_quantizer(reader);
+        if (!quantizer) return tl::unexpected(quantizer.error());
+        quantizers[i] = *quantizer;
+    }
+    if (total > size_limit_bytes / 8)
+        return fail(ErrorCode::kLimit, std::to_string(total) + " basis values need more memory than allowed");
+    const auto streams = deal_streams(values);
+    const auto parts = split_streams(reader, streams, values);
+    if (!parts) return tl::unexpected(parts.error());
+    bases_.resize(cluster_count());
+    return decode_streams(*parts, streams, components < 0, executor,
+                          [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
+                              ScaleContexts contexts;
+                              std::vector<std::int32_t> column;
+                              for (std::int64_t l = 0; l < largest; ++l) {
+                                  for (const std::int32_t index : clusters) {
+                                      const auto i = static_cast<std::size_t>(index);
+                                      if (l >= used_components_[i]) continue;
+                                      if (l == 0)
+                                          bases_[i] = PackedBasis(clusters_[i].size(), used_components_[i]);
+                                      column.resize(static_cast<std::size_t>(3 * clusters_[i].size()));
+                                      if (!decode_column(decoder, contexts, clusters_[i], column))
+                                          return false;
+                                      float* packed = bases_[i].values.data() + bases_[i].index(0, l);
+                                      const std::int64_t skip = kPackedRows * (used_components_[i] - 1);
+                                      std::int64_t in_block = 0;
+                                      const bool good =
+                                          dequantize_levels(column, quantizers[i], header_.basis_bits,
+                                                            [&](std::size_t, float value) {
+                                                                *packed++ = value;
+                                                                if (++in_block == kPackedRows) {
+                                                                    in_block = 0;
+                                                                    packed += skip;
+                                                                }
+                                                            });
+                                      if (!good) return false;
+                                  }
+                              }
+                              return true;
+                          });
+}
+
+Expected<void> RlpcaClip::decode_coefficients(std::span<const std::uint8_t> payload,
+                                              std::int64_t size_limit_bytes, const Executor& executor) {
+    ByteReader reader(payload);
+    std::vector<MinMaxQuantizer> quantizers(cluster_count());
+    std::vector<std::int64_t> values(cluster_count());
+    std::int64_t largest = 0, total = 0;
+    for (std::size_t i = 0; i < cluster_count(); ++i) {
+        values[i] = coded_components_[i] * info_.frame_count;
+        largest = std::max(largest, used_components_[i]);
+        total += used_components_[i] * stride();
+        if (coded_components_[i] == 0) continue;
+        const auto quantizer = read_quantizer(reader);
+        if (!quantizer) return tl::unexpected(quantizer.error());
+        quantizers[i] = *quantizer;
+    }
+    if (total > size_limit_bytes / 8)
+        return fail(ErrorCode::kLimit, std::to_string(total) + " coefficients need more memory than allowed");
+    const auto streams = deal_streams(values);
+    const auto parts = split_streams(reader, streams, values);
+    if (!parts) return tl::unexpected(parts.error());
+    coefficients_.resize(cluster_count());
+    return decode_streams(
+        *parts, streams, used_components_ == coded_components_, executor,
+        [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
+            SeriesContexts contexts;
+            std::vector<std::int32_t> series(static_cast<std::size_t>(info_.frame_count));
+            for (std::int64_t l = 0; l < largest; ++l) {
+                for (const std::int32_t index : clusters) {
+                    const auto i = static_cast<std::size_t>(index);
+                    if (l >= used_components_[i]) continue;
+                    if (l == 0)
+                        coefficients_[i].assign(static_cast<std::size_t>(used_components_[i] * stride()),
+                                                0.0f);
+                    if (!decode_series(decoder, contexts, series)) return false;
+                    float* row = coefficients_[i].data() + l * stride();
+                    if (!dequantize_levels(series, quantizers[i], header_.coefficient_bits,
+                                           [&](std::size_t f, float value) { row[f] = value; }))
+                        return false;
+                }
+            }
+            return true;
+        });
+}
+
+void RlpcaClip::reconstruct_block(std::int64_t begin, std::int64_t count, float* out) const {
+    const std::int64_t frame_stride = 3 * info_.vertex_count;
+    for (std::size_t i = 0; i < cluster_count(); ++i) {
+        ClusterGeometry geometry;
+        geometry.vertices = clusters_[i].vertices;
+        geometry.basis = &bases_[i];
+        geometry.coefficients = coefficients_[i].data();
+        geometry.frame_track = tracks_[local() ? i : 0].values.data();
+        geometry.stride = stride();
+        reconstruct_cluster(geometry, begin, count, out, frame_stride);
+    }
+    // Last come the vertices of the seed triangles, cluster by cluster from the last, so that of two the
+    // first one counts.
+    for (std::size_t i = paths_.size(); i-- > 0;) {
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            for (std::int64_t f = 0; f < count; ++f) {
+                const auto point = paths_[i].corner(corner, begin + f, header_);
+                float* p = out + f * frame_stride + 3 * segmentation_.seed_triangles[i][corner];
+                for (std::size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(point[c]);
+            }
+        }
+    }
+}
+
+Expected<void> RlpcaClip::reconstruct(std::int64_t begin, MutablePositionsView out,
+                                      const Executor& executor) const {
+    const std::int64_t end = begin + out.frame_count();
+    if (begin < 0 || begin > info_.frame_count || out.frame_count() > info_.frame_count - begin ||
+        out.vertex_count() != info_.vertex_count) {
+        return fail(ErrorCode::kOutOfRange, "frames " + std::to_string(begin) + " to " + std::to_string(end) +
+                                                " of " + std::to_string(info_.frame_count) +
+                                                " frames were asked for");
+    }
+    // Blocks begin at multiples of kFrameLanes; a range that does not is served through its first whole
+    // block.
+    const std::int64_t first_block = begin / kFrameLanes;
+    const std::int64_t last_block = (end + kFrameLanes - 1) / kFrameLanes;
+    executor.for_each(out.frame_count() == 0 ? 0 : last_block - first_block, [&](std::int64_t index) {
+        const std::int64_t block = (first_block + index) * kFrameLanes;
+        const std::int64_t count = std::min(kFrameLanes, end - block);
+        if (block >= begin) {
+            reconstruct_block(block, count, out.at(block - begin, 0));
+            return;
+        }
+        std::vector<float> whole(static_cast<std::size_t>(count * 3 * info_.vertex_count));
+        reconstruct_block(block, count, whole.data());
+        std::copy(whole.begin() + (begin - block) * 3 * info_.vertex_count, whole.end(), out.data());
+    });
+    return {};
+}
+
+}  // namespace
+
+Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
+    const auto header = RlpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
+    if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
+    ClipInfo info;
+    info.method = clip.method;
+    info.vertex_count = clip.vertex_count;
+    info.frame_count = clip.frame_count;
+    info.cluster_count = header->cluster_count;
+    info.component_count = header->components;
+    info.parameters.method = CodecMethod::kRlpca;
+    info.parameters.space = header->space;
+    info.parameters.components = header->components;
+    info.parameters.basis_bits = header->basis_bits;
+    info.parameters.coefficient_bits = header->coefficient_bits;
+    info.parameters.frame_bits = header->frame_bits;
+    return info;
+}
+
+Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip,
+                                                    std::span<const Triangle> triangles,
+                                                    std::int32_t components, std::int64_t size_limit_bytes,
+                                                    const Executor& executor) {
+    auto decoded = std::make_unique<RlpcaClip>();
+    if (auto done = decoded->decode(clip, triangles, components, size_limit_bytes, executor); !done)
+        return tl::unexpected(done.error());
+    return decoded;
+}
+
+}  // namespace batchenc

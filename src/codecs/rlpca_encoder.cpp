@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "codecs/rlpca.h"
+#include "codecs/rlpca_layout.h"
+#include "kernels/bounding_box.h"
+#include "kernels/byte_stream.h"
+#include "kernels/quantizer.h"
+#include "kernels/svd.h"
+
+namespace batchenc {
+namespace {
+
+/// One cluster as integers, ready to be coded.
+struct CodedCluster {
+    std::int64_t component_count = 0;  // L of this cluster
+    MinMaxQuantizer basis_quantizer, coefficient_quantizer;
+    std::vector<std::int32_t> basis;         // L columns of 3n levels, relative to the level of zero
+    std::vector<std::int32_t> coefficients;  // L rows of F levels, likewise
+};
+
+/// Levels of a coordinate of one vertex over time.
+std::vector<std::int32_t> lattice_series(PositionsView positions, std::int32_t vertex, std::size_t coordinate,
+                                         const RlpcaHeader& header) {
+    std::vector<std::int32_t> series(static_cast<std::size_t>(positions.frame_count()));
+    const double step = header.lattice_step();
+    for (std::int64_t f = 0; f < positions.frame_count() && step > 0.0; ++f) {
+        const double offset = static_cast<double>(positions.at(f, vertex)[coordinate]) -
+                              static_cast<double>(header.center[coordinate]);
+        series[static_cast<std::size_t>(f)] = static_cast<std::int32_t>(std::floor(offset / step + 0.5));
+    }
+    return series;
+}
+
+SeedTrianglePath path_of(PositionsView positions, const Triangle& triangle, const RlpcaHeader& header) {
+    SeedTrianglePath path;
+    for (std::size_t c = 0; c < 3; ++c) {
+        path.series[c] = lattice_series(positions, triangle[0], c, header);
+        for (std::size_t corner = 1; corner < 3; ++corner) {
+            auto& edge = path.series[3 * corner + c] = lattice_series(positions, triangle[corner], c, header);
+            for (std::size_t f = 0; f < edge.size(); ++f) edge[f] -= path.series[c][f];
+        }
+    }
+    return path;
+}
+
+/// A_i: coordinates of a cluster's vertices, 3n × F, in the frames of its track.
+ColMajorMatrixXf local_coordinates(PositionsView positions, const ClusterTraversal& cluster,
+                                   const LocalFrameTrack& track) {
+    ColMajorMatrixXf matrix(3 * cluster.size(), positions.frame_count());
+    for (std::int64_t f = 0; f < positions.frame_count(); ++f) {
+        float t[12];
+        for (int k = 0; k < 12; ++k) t[k] = track.row(k)[f];
+        float* q = matrix.col(f).data();
+        for (const std::int32_t v : cluster.vertices) {
+            const float* p = positions.at(f, v);
+            const float x = p[0] - t[9], y = p[1] - t[10], z = p[2] - t[11];
+            for (int axis = 0; axis < 3; ++axis)
+                *q++ = t[3 * axis] * x + t[3 * axis + 1] * y + t[3 * axis + 2] * z;
+        }
+    }
+    return matrix;
+}
+
+/// Quantises `values` and gives levels relative to zero; replaces the values by what the decoder will have.
+std::vector<std::int32_t> quantize_in_place(std::span<float> values, const MinMaxQuantizer& quantizer,
+                                            int bits) {
+    const std::int32_t zero = quantizer.zero_level(bits);
+    std::vector<std::int32_t> levels(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::int32_t level = quantizer.quantize(values[i], bits);
+        levels[i] = level - zero;
+        values[i] = quantizer.dequantize(level);
+    }
+    return levels;
+}
+
+Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaHeader& header) {
+    CodedCluster coded;
+    if (matrix.size() == 0) return coded;
+    const SvdMethod method = choose_svd_method(matrix.rows(), matrix.cols(), header.components);
+    auto svd = truncated_svd(matrix, header.components, method);
+    if (!svd) return tl::unexpected(svd.error());
+    coded.component_count = svd->basis.cols();
+    if (coded.component_count == 0) return coded;
+    const std::span<float> basis(svd->basis.data(), static_cast<std::size_t>(svd->basis.size()));
+    coded.basis_quantizer = MinMaxQuantizer::of(basis, header.basis_bits);
+    coded.basis = quantize_in_place(basis, coded.basis_quantizer, header.basis_bits);
+    // Coefficients against the decoded basis: what its quantisation has bent is made up for as far as it can
+    // be.
+    RowMajorMatrixXf coefficients = least_squares_coefficients(svd->basis, matrix);
+    const std::span<float> values(coefficients.data(), static_cast<std::size_t>(coefficients.size()));
+    coded.coefficient_quantizer = MinMaxQuantizer::of(values, header.coefficient_bits);
+    coded.coefficients = quantize_in_place(values, coded.coefficient_quantizer, header.coefficient_bits);
+    return coded;
+}
+
+/// Runs `code_stream` for each stream at once and joins what comes out: sizes, then bytes.
+template <typename CodeStream>
+void append_streams(ByteWriter& out, const std::vector<std::vector<std::int32_t>>& streams,
+                    const Executor& executor, CodeStream code_stream) {
+    std::vector<std::vector<std::uint8_t>> bytes(streams.size());
+    executor.for_each(static_cast<std::int64_t>(streams.size()), [&](std::int64_t s) {
+        bytes[static_cast<std::size_t>(s)] = code_stream(streams[static_cast<std::size_t>(s)]);
+    });
+    for (const auto& stream : bytes) out.put_varint(stream.size());
+    for (const auto& stream : bytes) out.put_bytes(stream);
+}
+
+std::int64_t largest_component_count(const std::vector<CodedCluster>& coded) {
+    std::int64_t largest = 0;
+    for (const CodedCluster& cluster : coded) largest = std::max(largest, cluster.component_count);
+    return largest;
+}
+
+}  // namespace
+
+Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Triangle> triangles,
+                                   const Segmentation& segmentation, const CodecParameters& parameters,
+                                   const Executor& executor) {
+    const bool local = parameters.space == CoordinateSpace::kLocal;
+    const BoundingBox box = bounding_box(positions);
+    RlpcaHeader header;
+    header.space = parameters.space;
+    header.basis_bits = parameters.basis_bits;
+    header.coefficient_bits = parameters.coefficient_bits;
+    header.frame_bits = parameters.frame_bits;
+    header.components = parameters.components;
+    header.cluster_count = segmentation.cluster_count();
+    header.center = box.center();
+    header.e_max = static_cast<float>(box.largest_side());
+    if (!std::isfinite(header.e_max))
+        return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
+
+    const std::span<const Triangle> seed_triangles =
+        local ? std::span<const Triangle>(segmentation.seed_triangles) : std::span<const Triangle>();
+    const RlpcaLayout layout(segmentation.labels, seed_triangles, header.cluster_count, triangles, executor);
+    const auto cluster_count = static_cast<std::size_t>(header.cluster_count);
+
+    // Transform and quantise, a task a cluster.
+    std::vector<SeedTrianglePath> paths(seed_triangles.size());
+    std::vector<CodedCluster> coded(cluster_count);
+    std::vector<std::optional<Error>> errors(cluster_count);
+    executor.for_each(header.cluster_count, [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        if (local) paths[i] = path_of(positions, seed_triangles[i], header);
+        const LocalFrameTrack track =
+            local ? paths[i].track(header) : header.world_track(positions.frame_count());
+        const ColMajorMatrixXf matrix = local_coordinates(positions, layout.clusters[i], track);
+        auto result = code_cluster(matrix, header);
+        if (result) {
+            coded[i] = std::move(*result);
+        } else {
+            errors[i] = result.error();
+        }
+    });
+    for (std::size_t i = 0; i < cluster_count; ++i) {
+        if (errors[i]) return fail_within("cluster " + std::to_string(i), *errors[i]);
+    }
+
+    // Entropy coding, a task a stream; components outermost, so that a decoder may stop after any of them.
+    std::vector<std::int64_t> frame_values(paths.size(), 9 * positions.frame_count()), basis_values,
+        coefficient_values;
+    ByteWriter frames, basis, coefficients;
+    for (const CodedCluster& cluster : coded) {
+        basis_values.push_back(static_cast<std::int64_t>(cluster.basis.size()));
+        coefficient_values.push_back(static_cast<std::int64_t>(cluster.coefficients.size()));
+        basis.put_varint(static_cast<std::uint64_t>(cluster.component_count));
+        if (cluster.component_count == 0) continue;
+        basis.put(cluster.basis_quantizer.low);
+        basis.put(cluster.basis_quantizer.step);
+        coefficients.put(cluster.coefficient_quantizer.low);
+        coefficients.put(cluster.coefficient_quantizer.step);
+    }
+    const std::int64_t largest = largest_component_count(coded);
+    if (local) {
+        append_streams(frames, deal_streams(frame_values), executor,
+                       [&](const std::vector<std::int32_t>& clusters) {
+                           RangeEncoder encoder;
+                           SeriesContexts contexts;
+                           for (const std::int32_t i : clusters) {
+                               for (const auto& series : paths[static_cast<std::size_t>(i)].series)
+                                   encode_series(encoder, contexts, series);
+                           }
+                           return encoder.finish();
+                       });
+    }
+    append_streams(
+        basis, deal_streams(basis_values), executor, [&](const std::vector<std::int32_t>& clusters) {
+            RangeEncoder encoder;
+            ScaleContexts contexts;
+            for (std::int64_t l = 0; l < largest; ++l) {
+                for (const std::int32_t i : clusters) {
+                    const CodedCluster& cluster = coded[static_cast<std::size_t>(i)];
+                    if (l >= cluster.component_count) continue;
+                    const auto size =
+                        cluster.basis.size() / static_cast<std::size_t>(cluster.component_count);
+                    encode_column(encoder, contexts, layout.clusters[static_cast<std::size_t>(i)],
+                                  std::span(cluster.basis).subspan(static_cast<std::size_t>(l) * size, size));
+                }
+            }
+            return encoder.finish();
+        });
+    append_streams(
+        coefficients, deal_streams(coefficient_values), executor,
+        [&](const std::vector<std::int32_t>& clusters) {
+            RangeEncoder encoder;
+            SeriesContexts contexts;
+            const auto size = static_cast<std::size_t>(positions.frame_count());
+            for (std::int64_t l = 0; l < largest; ++l) {
+                for (const std::int32_t i : clusters) {
+                    const CodedCluster& cluster = coded[static_cast<std::size_t>(i)];
+                    if (l >= cluster.component_count) continue;
+                    encode_series(
+                        encoder, contexts,
+                        std::span(cluster.coefficients).subspan(static_cast<std::size_t>(l) * size, size));
+                }
+            }
+            return encoder.finish();
+        });
+
+    std::vector<SectionPayload> sections;
+    sections.emplace_back(SectionId::kParameters, header.write());
+    sections.emplace_back(SectionId::kSegmentation, write_segmentation(segmentation.labels, seed_triangles,
+                                                                       header.cluster_count, triangles));
+    sections.emplace_back(SectionId::kFrames, frames.take());
+    sections.emplace_back(SectionId::kBasis, basis.take());
+    sections.emplace_back(SectionId::kCoefficients, coefficients.take());
+    EncodedClip clip;
+    clip.bitstream = write_clip_bitstream(CodecMethod::kRlpca, positions.vertex_count(),
+                                          positions.frame_count(), sections);
+    return clip;
+}
+
+}  // namespace batchenc

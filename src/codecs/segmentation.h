@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/executor.h"
+#include "core/mesh_sequence.h"
+#include "core/parameters.h"
+
+namespace batchenc {
+
+/// A division of the vertices of a clip into clusters, each with the seed triangle that carries its LCF.
+struct Segmentation {
+    std::vector<std::int32_t> labels;      ///< V values, cluster of each vertex, 0 … N-1
+    std::vector<Triangle> seed_triangles;  ///< N triangles of vertex indices; for points any three vertices
+    std::vector<float>
+        deviations;  ///< V values: theta of each vertex in its own cluster (4.1), world units squared
+    std::vector<std::string>
+        notes;  ///< what a user should know, such as a seed triangle that had to be replaced
+
+    std::int32_t cluster_count() const { return static_cast<std::int32_t>(seed_triangles.size()); }
+};
+
+/// Segments a clip (chapter 4). positions: F x V, F and V at least 1, finite. triangles: may be empty
+/// (points). The result does not depend on the executor. Errors: kInvalidArgument, kUnsupported (see
+/// check_parameters).
+Expected<Segmentation> segment_clip(PositionsView positions, std::span<const Triangle> triangles,
+                                    const SegmentationParameters& parameters, const Executor& executor);
+
+}  // namespace batchenc
