@@ -13,20 +13,9 @@ std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
 }
 
-/// Mean of the predecessors' three values; both sides call it.
-std::array<std::int32_t, 3> predict_vertex(const ClusterTraversal& traversal, const std::int32_t* column,
-                                           std::size_t vertex) {
-    const std::int32_t* predecessors =
-        traversal.predecessors.data() + vertex * ClusterTraversal::kMaxPredecessors;
-    const int count = traversal.predecessor_count[vertex];
-    std::array<std::int32_t, 3> sum{};
-    for (int k = 0; k < count; ++k) {
-        for (std::size_t c = 0; c < 3; ++c)
-            sum[c] = wrapping_sum(sum[c], column[3 * static_cast<std::size_t>(predecessors[k]) + c]);
-    }
-    for (std::int32_t& s : sum) s = rounded_mean(s, count);
-    return sum;
-}
+constexpr std::size_t kPadding = 4;  // zeros behind a column, as predict_from_predecessors wants them
+constexpr std::int32_t kLargestLevel = std::int32_t{1}
+                                       << 21;  // bound of predict_from_predecessors; levels have 20 bits
 
 enum Predictor : std::int32_t { kPlain = 0, kMeanOfPredecessors = 1 };
 
@@ -90,12 +79,18 @@ bool decode_series(RangeDecoder& decoder, SeriesContexts& contexts, std::span<st
 void encode_column(RangeEncoder& encoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
                    std::span<const std::int32_t> column) {
     const auto vertices = static_cast<std::size_t>(traversal.size());
+    std::vector<std::int32_t> padded(column.begin(), column.end());
+    padded.resize(column.size() + kPadding);
+    std::vector<std::int32_t> residuals(column.size() + kPadding);
     std::int64_t plain = 0, predicted = 0;
     for (std::size_t v = 0; v < vertices; ++v) {
-        const auto mean = predict_vertex(traversal, column.data(), v);
+        std::int32_t* residual = residuals.data() + 3 * v;
+        predict_from_predecessors(traversal, padded.data(), v, residual);
         for (std::size_t c = 0; c < 3; ++c) {
-            plain += std::abs(column[3 * v + c]);
-            predicted += std::abs(column[3 * v + c] - mean[c]);
+            const std::int32_t value = column[3 * v + c];
+            residual[c] = value - residual[c];
+            plain += std::abs(value);
+            predicted += std::abs(residual[c]);
         }
     }
     const Predictor predictor = predicted < plain ? kMeanOfPredecessors : kPlain;
@@ -105,30 +100,34 @@ void encode_column(RangeEncoder& encoder, ScaleContexts& contexts, const Cluster
     encoder.encode(contexts.choice, predictor);
     encode_class(encoder, contexts, scale_class);
     IntegerModel& model = contexts.of(scale_class);
-    for (std::size_t v = 0; v < vertices; ++v) {
-        const auto mean =
-            predictor == kPlain ? std::array<std::int32_t, 3>{} : predict_vertex(traversal, column.data(), v);
-        for (std::size_t c = 0; c < 3; ++c) encoder.encode(model, column[3 * v + c] - mean[c]);
-    }
+    const std::int32_t* symbols = predictor == kPlain ? column.data() : residuals.data();
+    for (std::size_t k = 0; k < 3 * vertices; ++k) encoder.encode(model, symbols[k]);
 }
 
 bool decode_column(RangeDecoder& shared_decoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
-                   std::span<std::int32_t> column) {
+                   std::vector<std::int32_t>& column) {
     const std::int32_t predictor = shared_decoder.decode(contexts.choice);
     if (predictor != kPlain && predictor != kMeanOfPredecessors) return false;
     IntegerModel& model = contexts.of(decode_class(shared_decoder, contexts));
     RangeDecoder decoder = shared_decoder;  // a local copy stays in registers
-    if (predictor == kPlain) {
-        for (std::int32_t& value : column) value = decoder.decode(model);
-    } else {
-        for (std::size_t v = 0; v < static_cast<std::size_t>(traversal.size()); ++v) {
-            const auto mean = predict_vertex(traversal, column.data(), v);
-            for (std::size_t c = 0; c < 3; ++c)
-                column[3 * v + c] = wrapping_sum(mean[c], decoder.decode(model));
+    const auto vertices = static_cast<std::size_t>(traversal.size());
+    column.assign(3 * vertices + kPadding, 0);
+    bool good = true;
+    std::array<std::int32_t, 4> mean{};
+    for (std::size_t v = 0; v < vertices; ++v) {
+        if (predictor == kMeanOfPredecessors)
+            predict_from_predecessors(traversal, column.data(), v, mean.data());
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::int32_t value = wrapping_sum(mean[c], decoder.decode(model));
+            if (value > kLargestLevel || value < -kLargestLevel) [[unlikely]] {
+                good = false;
+                value = 0;
+            }
+            column[3 * v + c] = value;
         }
     }
     shared_decoder = decoder;
-    return true;
+    return good;
 }
 
 }  // namespace batchenc

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "kernels/cluster_traversal.h"
 #include "kernels/range_coder.h"
@@ -45,10 +46,13 @@ void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<co
 bool decode_series(RangeDecoder& decoder, SeriesContexts& contexts, std::span<std::int32_t> series);
 
 /// Codes one column of a basis, three values a vertex in the traversal's order: plain, or each value against
-/// the mean of its predecessors over the mesh, whichever is smaller.
+/// the mean of its predecessors over the mesh, whichever is smaller. column: 3n levels, at most 2^20 in
+/// magnitude.
 void encode_column(RangeEncoder& encoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
                    std::span<const std::int32_t> column);
+/// The way back. column: resized to hold the 3n levels first; what stands behind them means nothing. False
+/// when the stream is seen to be corrupt.
 bool decode_column(RangeDecoder& decoder, ScaleContexts& contexts, const ClusterTraversal& traversal,
-                   std::span<std::int32_t> column);
+                   std::vector<std::int32_t>& column);
 
 }  // namespace batchenc

@@ -221,36 +221,34 @@ Expected<void> RlpcaClip::decode_basis(std::span<const std::uint8_t> payload, st
     const auto parts = split_streams(reader, streams, values);
     if (!parts) return tl::unexpected(parts.error());
     bases_.resize(cluster_count());
-    return decode_streams(*parts, streams, components < 0, executor,
-                          [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
-                              ScaleContexts contexts;
-                              std::vector<std::int32_t> column;
-                              for (std::int64_t l = 0; l < largest; ++l) {
-                                  for (const std::int32_t index : clusters) {
-                                      const auto i = static_cast<std::size_t>(index);
-                                      if (l >= used_components_[i]) continue;
-                                      if (l == 0)
-                                          bases_[i] = PackedBasis(clusters_[i].size(), used_components_[i]);
-                                      column.resize(static_cast<std::size_t>(3 * clusters_[i].size()));
-                                      if (!decode_column(decoder, contexts, clusters_[i], column))
-                                          return false;
-                                      float* packed = bases_[i].values.data() + bases_[i].index(0, l);
-                                      const std::int64_t skip = kPackedRows * (used_components_[i] - 1);
-                                      std::int64_t in_block = 0;
-                                      const bool good =
-                                          dequantize_levels(column, quantizers[i], header_.basis_bits,
-                                                            [&](std::size_t, float value) {
-                                                                *packed++ = value;
-                                                                if (++in_block == kPackedRows) {
-                                                                    in_block = 0;
-                                                                    packed += skip;
-                                                                }
-                                                            });
-                                      if (!good) return false;
-                                  }
-                              }
-                              return true;
-                          });
+    return decode_streams(
+        *parts, streams, components < 0, executor,
+        [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
+            ScaleContexts contexts;
+            std::vector<std::int32_t> column;
+            for (std::int64_t l = 0; l < largest; ++l) {
+                for (const std::int32_t index : clusters) {
+                    const auto i = static_cast<std::size_t>(index);
+                    if (l >= used_components_[i]) continue;
+                    if (l == 0) bases_[i] = PackedBasis(clusters_[i].size(), used_components_[i]);
+                    if (!decode_column(decoder, contexts, clusters_[i], column)) return false;
+                    float* packed = bases_[i].values.data() + bases_[i].index(0, l);
+                    const std::int64_t skip = kPackedRows * (used_components_[i] - 1);
+                    std::int64_t in_block = 0;
+                    const bool good = dequantize_levels(
+                        std::span(column).first(static_cast<std::size_t>(3 * clusters_[i].size())),
+                        quantizers[i], header_.basis_bits, [&](std::size_t, float value) {
+                            *packed++ = value;
+                            if (++in_block == kPackedRows) {
+                                in_block = 0;
+                                packed += skip;
+                            }
+                        });
+                    if (!good) return false;
+                }
+            }
+            return true;
+        });
 }
 
 Expected<void> RlpcaClip::decode_coefficients(std::span<const std::uint8_t> payload,

@@ -29,7 +29,8 @@ ClusterTraversal traverse_cluster(const MeshAdjacency& adjacency, std::span<cons
                                   std::span<std::int32_t> position) {
     ClusterTraversal traversal;
     traversal.vertices.reserve(members.size());
-    traversal.predecessors.resize(members.size() * ClusterTraversal::kMaxPredecessors);
+    traversal.predecessors.assign(members.size() * ClusterTraversal::kMaxPredecessors,
+                                  static_cast<std::int32_t>(members.size()));
     traversal.predecessor_count.resize(members.size());
     for (const std::int32_t root : members) {
         if (position[static_cast<std::size_t>(root)] >= 0) continue;

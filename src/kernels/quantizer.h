@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -21,9 +20,11 @@ struct MinMaxQuantizer {
 
     std::int32_t quantize(float value, int bits) const {
         if (step == 0.0f) return 0;
-        const double level = std::floor((static_cast<double>(value) - low) / step + 0.5);
         const double top = static_cast<double>(std::int32_t{1} << bits);
-        return static_cast<std::int32_t>(level < 0.0 ? 0.0 : level > top ? top : level);
+        const double level = (static_cast<double>(value) - low) / step + 0.5;
+        return static_cast<std::int32_t>(level < 0.0   ? 0.0
+                                         : level > top ? top
+                                                       : level);  // truncation is floor here
     }
     float dequantize(std::int32_t level) const { return low + static_cast<float>(level) * step; }
 };

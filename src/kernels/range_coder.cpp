@@ -10,8 +10,9 @@ namespace batchenc {
 namespace {
 
 constexpr std::uint32_t kTotal = 1u << IntegerModel::kFrequencyBits;
-constexpr std::int32_t kFirstInterval = 16;      // symbols before the first update of a model that starts with a prior
-constexpr std::int32_t kLongestInterval = 1024;  // symbols between two updates of a model that has settled
+constexpr std::int32_t kFirstInterval =
+    16;  // symbols before the first update of a model that starts with a prior
+constexpr std::int32_t kLongestInterval = 1024;   // symbols between two updates of a model that has settled
 constexpr std::uint32_t kPriorWeight = 128 * 32;  // of the expected distribution, in counts: 128 symbols
 constexpr std::uint64_t kCountLimit =
     32ull << 16;  // counts are halved beyond it: about 65,000 symbols are remembered
@@ -114,13 +115,9 @@ void RangeEncoder::put_token(IntegerModel& model, int token) {
     model.count(token);
 }
 
-void RangeEncoder::put_bits(std::uint32_t bits, unsigned count) {
-    plain_pending_ |= std::uint64_t{bits} << plain_count_;
-    plain_count_ += count;
-    while (plain_count_ >= 8) {
+void RangeEncoder::flush_plain() {
+    for (; plain_count_ >= 8; plain_count_ -= 8, plain_pending_ >>= 8) {
         plain_.push_back(static_cast<std::uint8_t>(plain_pending_));
-        plain_pending_ >>= 8;
-        plain_count_ -= 8;
     }
 }
 
@@ -147,6 +144,7 @@ void RangeEncoder::encode(IntegerModel& model, std::int32_t value) {
 std::vector<std::uint8_t> RangeEncoder::finish() {
     std::vector<std::uint8_t> bytes;
     if (steps_.empty()) return bytes;
+    flush_plain();
     if (plain_count_ > 0) plain_.push_back(static_cast<std::uint8_t>(plain_pending_));
 
     // The decoder's first step is coded last; its states alternate from the first step on.

@@ -106,7 +106,12 @@ class RangeEncoder {
         std::uint16_t cumulative, frequency;
     };
     void put_token(IntegerModel& model, int token);
-    void put_bits(std::uint32_t bits, unsigned count);
+    void put_bits(std::uint32_t bits, unsigned count) {
+        plain_pending_ |= std::uint64_t{bits} << plain_count_;
+        plain_count_ += count;
+        if (plain_count_ >= 32) flush_plain();
+    }
+    void flush_plain();
 
     std::vector<Step> steps_;
     std::vector<std::uint8_t> plain_;

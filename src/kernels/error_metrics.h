@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/executor.h"
+#include "core/mesh_sequence.h"
+
+namespace batchenc {
+
+/// Distortion of a decoded sequence against its source; definitions in docs/GLOSSARY.md.
+struct ErrorMetrics {
+    double da = 0.0;  ///< percent, over each vertex' mean over time (Amjoun 8.1); NaN where undefined
+    double kg =
+        0.0;  ///< percent, over each frame's mean position (Karni and Gotsman 2004); NaN where undefined
+    double rmse = 0.0;                ///< sqrt of the mean squared vertex distance, world units
+    double max_error = 0.0;           ///< largest vertex distance, world units
+    double max_error_relative = 0.0;  ///< max_error over the diagonal of the source's bounding box; NaN where
+                                      ///< that is 0 and max_error is not
+    double diagonal = 0.0;  ///< diagonal of the bounding box of all frames of the source, world units
+    std::vector<double> frame_rmse;       ///< F values, world units
+    std::vector<double> frame_max_error;  ///< F values, world units
+};
+
+/// Collects ErrorMetrics over consecutive runs of frames (clips) of one sequence, in bounded memory: 36 bytes
+/// a vertex, 16 a frame, and while a run is added 72 a frame and block of 2048 vertices. Sums are double
+/// precision about an origin taken from the data, in an order that neither the executor nor the CPU changes.
+class ErrorMeter {
+ public:
+    /// vertex_count: V of every frame, at least 0.
+    explicit ErrorMeter(std::int64_t vertex_count);
+
+    /// Adds the next frames. source and decoded have the same shape, V as constructed; both finite.
+    void add(PositionsView source, PositionsView decoded, const Executor& executor);
+
+    /// Metrics of all frames added so far. A quotient 0/0 is 0 (nothing moved and nothing is wrong); x/0 is
+    /// NaN.
+    ErrorMetrics finish() const;
+
+    /// What one block of vertices adds to one frame.
+    struct Partial {
+        double squared_error;              ///< sum over its vertices
+        double max_squared_error;          ///< of a vertex
+        std::array<double, 3> sum;         ///< of its positions about the frame's origin
+        double sum_of_squares;             ///< of the same
+        double sum_of_squares_about_past;  ///< of its positions about those of the first frame
+    };
+    /// Bounding box of one block of vertices, all its frames; per lane of three interleaved coordinates.
+    struct Bounds {
+        std::array<float, 3> low, high;
+    };
+
+ private:
+    struct Frame {
+        double squared_error, max_squared_error;
+    };
+    std::int64_t vertex_count_;
+    std::int64_t block_count_;
+    std::vector<float>
+        origin_;  // 3 V: the first frame, subtracted before summing so that offsets cost no digits
+    std::vector<double> sum_;      // 3 V rounded up to whole groups: over frames, about origin_
+    double sum_of_squares_ = 0.0;  // over vertices and frames, about origin_
+    double squared_spread_ = 0.0;  // over frames, about each frame's mean
+    std::vector<Bounds> bounds_;   // a block each
+    std::vector<Frame> frames_;
+    std::vector<Partial> partials_;  // of the run being added: [frame][block]
+};
+
+}  // namespace batchenc
