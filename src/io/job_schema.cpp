@@ -1,0 +1,363 @@
+#include "io/job_schema.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "io/source_clip.h"
+
+namespace batchenc {
+namespace {
+
+using Words = std::array<std::string_view, 1>;
+constexpr Words kOrders = {"preserve"};
+constexpr Words kLaterOrders = {"free"};
+constexpr Words kLaterLengths = {"auto"};
+constexpr Words kSegmentationMethods = {"clustering"};
+constexpr std::array<std::string_view, 3> kLaterSegmentationMethods = {"region-growing", "adaptive", "rigid"};
+constexpr Words kCodecMethods = {"rlpca"};
+constexpr std::array<std::string_view, 5> kLaterCodecMethods = {"static", "splitcoder", "orlpca", "pdct",
+                                                                "rtpca"};
+constexpr std::array<std::string_view, 2> kSpaces = {"local", "world"};
+
+/// The value of an enumeration whose name is `name`; the words of a kChoice key are tested to be such names.
+template <typename Enum>
+Enum from_name(std::string_view name) {
+    for (int number = 0; number < 256; ++number) {
+        if (to_name(static_cast<Enum>(number)) == name) return static_cast<Enum>(number);
+    }
+    return Enum{};
+}
+
+std::int32_t narrow(std::int64_t value) { return static_cast<std::int32_t>(value); }
+
+std::string show_frames(const JobDraft& draft) {
+    const std::string end = draft.job.frame_end ? std::to_string(*draft.job.frame_end) : "end";
+    return "[" + std::to_string(draft.job.frame_begin) + ", " + end + "]";
+}
+
+JobKey mapping(std::string_view path, std::string_view sentence) {
+    return {.path = path, .type = JobKeyType::kMapping, .sentence = sentence};
+}
+
+std::vector<JobKey> make_keys() {
+    using enum JobKeyType;
+    std::vector<JobKey> keys;
+    keys.push_back({.path = "batchenc",
+                    .type = kInteger,
+                    .sentence = "version of this schema",
+                    .low = 1,
+                    .high = 1,
+                    .required = true,
+                    .assign = [](JobDraft&, const JobValue&) {},
+                    .show = [](const JobDraft&) { return std::string("1"); }});
+    keys.push_back(
+        {.path = "name",
+         .type = kText,
+         .sentence = "what logs and tables call the job; the file's name without extension when absent",
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.name = v.text; },
+         .show = [](const JobDraft& d) { return quoted_yaml(d.job.name); }});
+
+    keys.push_back(mapping("input", "the source clip"));
+    keys.back().required = true;
+    keys.push_back({.path = "input.file",
+                    .type = kPath,
+                    .sentence = "HDF5 file to encode",
+                    .required = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.input_text = v.text; },
+                    .show = [](const JobDraft& d) { return quoted_yaml(d.input_text); }});
+    keys.push_back({.path = "input.positions",
+                    .type = kDataset,
+                    .sentence = "dataset of the positions, [frame][vertex][xyz]",
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.positions = v.text; },
+                    .show = [](const JobDraft& d) { return quoted_yaml(d.job.positions); }});
+    keys.push_back({.path = "input.triangles",
+                    .type = kDataset,
+                    .sentence = "dataset of the triangles, [triangle][corner]; points have none",
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.triangles = v.text; },
+                    .show = [](const JobDraft& d) { return quoted_yaml(d.job.triangles); }});
+    keys.push_back({.path = "input.frames",
+                    .type = kFrames,
+                    .sentence = "frames to encode, first and one past the last, counted from 0",
+                    .assign =
+                        [](JobDraft& d, const JobValue& v) {
+                            d.job.frame_begin = v.integer;
+                            d.job.frame_end = v.end;
+                        },
+                    .show = show_frames});
+
+    keys.push_back({.path = "output",
+                    .type = kPath,
+                    .sentence = "result file; takes {components} and the like from a sweep",
+                    .required = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.output_text = v.text; },
+                    .show = [](const JobDraft& d) { return quoted_yaml(d.output_text); }});
+
+    keys.push_back(mapping("clips", "how a long sequence is cut into clips that decode on their own"));
+    keys.push_back({.path = "clips.length",
+                    .type = kInteger,
+                    .sentence = "frames a clip; 0 is the whole sequence",
+                    .low = 0,
+                    .high = SourceLimits{}.max_frames,
+                    .later = kLaterLengths,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.clip_length = v.integer; },
+                    .show = [](const JobDraft& d) { return std::to_string(d.job.clip_length); }});
+    keys.push_back({.path = "order",
+                    .type = kChoice,
+                    .sentence = "whether vertices and triangles come back in their order",
+                    .words = kOrders,
+                    .later = kLaterOrders,
+                    .assign = [](JobDraft&, const JobValue&) {},
+                    .show = [](const JobDraft&) { return std::string(kOrders[0]); }});
+
+    keys.push_back(mapping("segmentation", "how vertices are grouped into clusters that move together"));
+    keys.push_back(
+        {.path = "segmentation.method",
+         .type = kChoice,
+         .sentence = "how clusters are found",
+         .words = kSegmentationMethods,
+         .later = kLaterSegmentationMethods,
+         .sweepable = true,
+         .assign =
+             [](JobDraft& d, const JobValue& v) {
+                 d.job.segmentation.method = from_name<SegmentationMethod>(v.text);
+             },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.segmentation.method)); }});
+    keys.push_back(
+        {.path = "segmentation.clusters",
+         .type = kInteger,
+         .sentence = "clusters wanted; fewer where there are fewer distinct points",
+         .low = 1,
+         .high = 65535,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.segmentation.clusters = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.segmentation.clusters); }});
+
+    keys.push_back(mapping("codec", "how each cluster is coded"));
+    keys.push_back({.path = "codec.method",
+                    .type = kChoice,
+                    .sentence = "the coder",
+                    .words = kCodecMethods,
+                    .later = kLaterCodecMethods,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d,
+                                 const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
+                    .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.method)); }});
+    keys.push_back(
+        {.path = "codec.space",
+         .type = kChoice,
+         .sentence = "coordinates in which components are taken: each cluster's own frame, or the world",
+         .words = kSpaces,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.space = from_name<CoordinateSpace>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.space)); }});
+    keys.push_back(
+        {.path = "codec.components",
+         .type = kInteger,
+         .sentence = "principal components a cluster; fewer where the rank is lower",
+         .low = 1,
+         .high = 4096,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.components = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.components); }});
+    keys.push_back(
+        {.path = "codec.basis_bits",
+         .type = kInteger,
+         .sentence = "bits of a basis value over the range of its matrix",
+         .low = 2,
+         .high = 20,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.basis_bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.basis_bits); }});
+    keys.push_back(
+        {.path = "codec.coefficient_bits",
+         .type = kInteger,
+         .sentence = "bits of a coefficient over the range of its matrix",
+         .low = 2,
+         .high = 20,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.coefficient_bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.coefficient_bits); }});
+    keys.push_back(
+        {.path = "codec.frame_bits",
+         .type = kInteger,
+         .sentence = "bits of a seed triangle's coordinate over the clip's largest side",
+         .low = 4,
+         .high = 22,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.frame_bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.frame_bits); }});
+    keys.push_back({.path = "codec.target",
+                    .type = kLater,
+                    .sentence = "lets the coder choose its steps for a wanted rate or error"});
+
+    keys.push_back(
+        {.path = "analysis",
+         .type = kBoolean,
+         .sentence = "write labels and vertex errors for analysis tools beside the bitstream",
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.analysis = v.integer != 0; },
+         .show = [](const JobDraft& d) { return std::string(d.job.analysis ? "true" : "false"); }});
+    keys.push_back({.path = "sweep",
+                    .type = kSweep,
+                    .sentence = "lists of values for dotted keys; one job for every combination"});
+    return keys;
+}
+
+std::string_view parent_of(std::string_view path) {
+    const std::size_t dot = path.rfind('.');
+    return dot == std::string_view::npos ? std::string_view() : path.substr(0, dot);
+}
+
+std::string_view last_of(std::string_view path) {
+    const std::size_t dot = path.rfind('.');
+    return dot == std::string_view::npos ? path : path.substr(dot + 1);
+}
+
+/// Insertions, deletions, substitutions and exchanges of neighbours that make one word the other.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> before(b.size() + 1), previous(b.size() + 1), row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        before.swap(previous);
+        previous.swap(row);
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            row[j] = std::min({previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (a[i - 1] != b[j - 1])});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+                row[j] = std::min(row[j], before[j - 2] + 1);
+            }
+        }
+    }
+    return row[b.size()];
+}
+
+std::string in_lower_case(std::string_view text) {
+    std::string lower(text);
+    for (char& c : lower) {
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+        if (c == '-') c = '_';  // the commonest slip besides case
+    }
+    return lower;
+}
+
+std::string joined(std::span<const std::string_view> words) {
+    std::string text;
+    for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+    return text;
+}
+
+}  // namespace
+
+std::span<const JobKey> job_keys() {
+    static const std::vector<JobKey> keys = make_keys();
+    return keys;
+}
+
+const JobKey* find_job_key(std::string_view path) {
+    const auto keys = job_keys();
+    const auto found =
+        std::find_if(keys.begin(), keys.end(), [&](const JobKey& key) { return key.path == path; });
+    return found == keys.end() ? nullptr : &*found;
+}
+
+std::string_view nearest_word(std::string_view word, std::span<const std::string_view> words) {
+    constexpr std::size_t kLongest = 40;  // longer words are no slip, and the comparison stays cheap
+    if (word.size() > kLongest) return {};
+    const std::string lower = in_lower_case(word);
+    std::string_view best;
+    std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+    for (const std::string_view candidate : words) {
+        const std::size_t distance = edit_distance(lower, in_lower_case(candidate));
+        if (distance < best_distance) {
+            best = candidate;
+            best_distance = distance;
+        }
+    }
+    return best;
+}
+
+std::string suggest_key(std::string_view parent, std::string_view key) {
+    std::vector<std::string_view> siblings;
+    for (const JobKey& known : job_keys()) {
+        if (parent_of(known.path) == parent) siblings.push_back(last_of(known.path));
+    }
+    if (const std::string_view near = nearest_word(key, siblings); !near.empty()) {
+        return "did you mean '" + std::string(near) + "'?";
+    }
+    const std::string_view wanted = last_of(key);
+    for (const JobKey& known : job_keys()) {
+        if (last_of(known.path) != wanted || known.path == wanted) continue;
+        return "'" + std::string(wanted) + "' belongs under '" + std::string(parent_of(known.path)) + "'";
+    }
+    if (find_job_key(key)) return "'" + std::string(key) + "' stands at the top of the file";
+    return {};
+}
+
+std::string quoted_yaml(std::string_view text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') quoted += '\\';
+        quoted += c;
+    }
+    return quoted + "\"";
+}
+
+std::string describe_range(const JobKey& key) {
+    std::string text;
+    switch (key.type) {
+        case JobKeyType::kMapping:
+            return "mapping";
+        case JobKeyType::kInteger:
+            text = "integer, " + std::to_string(key.low);
+            if (key.high != key.low) text += " to " + std::to_string(key.high);
+            break;
+        case JobKeyType::kBoolean:
+            return "true or false";
+        case JobKeyType::kText:
+            return "text";
+        case JobKeyType::kPath:
+            return "path, relative to the job file";
+        case JobKeyType::kDataset:
+            return "dataset path, from /";
+        case JobKeyType::kChoice:
+            text = joined(key.words);
+            break;
+        case JobKeyType::kFrames:
+            return "[begin, end]; end may be the word end";
+        case JobKeyType::kSweep:
+            return "mapping of keys to lists";
+        case JobKeyType::kLater:
+            return "in a later version";
+    }
+    if (!key.later.empty()) text += " (later: " + joined(key.later) + ")";
+    return text;
+}
+
+std::string describe_default(const JobKey& key) {
+    if (key.required) return "required";
+    if (!key.show) return {};
+    if (key.path == "name") return "file name";
+    return key.show(JobDraft{});
+}
+
+std::string job_help() {
+    std::string help =
+        "Keys of a job file. Paths are relative to the job file; * marks keys that a sweep takes.\n\n";
+    for (const JobKey& key : job_keys()) {
+        std::string line = (key.sweepable ? "* " : "  ") + std::string(key.path);
+        line.resize(std::max<std::size_t>(line.size() + 2, 28), ' ');
+        line += describe_range(key);
+        const std::string by_default = describe_default(key);
+        if (by_default == "required") {
+            line += "; required";
+        } else if (!by_default.empty()) {
+            line += "; default " + by_default;
+        }
+        help += line + "\n" + std::string(28, ' ') + std::string(key.sentence) + "\n";
+    }
+    return help;
+}
+
+}  // namespace batchenc
