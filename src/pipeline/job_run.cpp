@@ -1,0 +1,176 @@
+#include "pipeline/job_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "codecs/connectivity_bitstream.h"
+
+namespace batchenc {
+
+namespace {
+
+PositionsView view_of(const std::vector<float>& positions, const ClipSpan& span, std::int64_t vertex_count) {
+    return {positions.data(), span.frame_count, vertex_count};
+}
+
+MutablePositionsView view_of(std::vector<float>& positions, const ClipSpan& span, std::int64_t vertex_count) {
+    positions.resize(static_cast<std::size_t>(3 * span.frame_count * vertex_count));
+    return {positions.data(), span.frame_count, vertex_count};
+}
+
+/// Root of each vertex' mean squared distance over the frames, world units.
+std::vector<float> measure_vertex_rmse(PositionsView source, PositionsView decoded,
+                                       const Executor& executor) {
+    constexpr std::int64_t kBlock =
+        4096;  // vertices whose frames are walked together, a row of 48 KiB a time
+    const std::int64_t vertex_count = source.vertex_count();
+    std::vector<float> rmse(static_cast<std::size_t>(vertex_count));
+    executor.for_each((vertex_count + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        const std::int64_t begin = block * kBlock;
+        const std::int64_t end = std::min(begin + kBlock, vertex_count);
+        std::vector<double> sums(static_cast<std::size_t>(end - begin));
+        for (std::int64_t f = 0; f < source.frame_count(); ++f)
+            for (std::int64_t v = begin; v < end; ++v) {
+                const float* p = source.at(f, v);
+                const float* q = decoded.at(f, v);
+                for (int axis = 0; axis < 3; ++axis) {
+                    const double error = static_cast<double>(p[axis]) - static_cast<double>(q[axis]);
+                    sums[static_cast<std::size_t>(v - begin)] += error * error;
+                }
+            }
+        for (std::int64_t v = begin; v < end; ++v)
+            rmse[static_cast<std::size_t>(v)] = static_cast<float>(std::sqrt(
+                sums[static_cast<std::size_t>(v - begin)] / static_cast<double>(source.frame_count())));
+    });
+    return rmse;
+}
+
+}  // namespace
+
+Expected<void> JobRun::open() {
+    since_first_read_ = Stopwatch();
+    const Job& job = plan_.job;
+    const ResultHeader& header = plan_.header;
+
+    auto source = SourceClip::open(job.input, {job.positions, job.triangles});
+    if (!source) return tl::unexpected(source.error());
+    source_ = std::move(*source);
+    if (source_->vertex_count() != header.vertex_count ||
+        source_->triangle_count() != header.triangle_count ||
+        source_->frame_count() < job.frame_begin + header.frame_count)
+        return fail(ErrorCode::kIo, "the clip changed its shape since the batch was planned",
+                    job.input.string());
+
+    // The result is begun before the work, so that a place that cannot be written costs no encoding.
+    auto writer = ResultWriter::create(job.output, header, plan_.overwrite);
+    if (!writer) return tl::unexpected(writer.error());
+    writer_ = std::move(*writer);
+    meter_.emplace(header.vertex_count);
+
+    if (header.triangle_count == 0) return {};
+    auto triangles = source_->read_triangles();
+    if (!triangles) return tl::unexpected(triangles.error());
+    triangles_ = std::move(*triangles);
+    auto connectivity = write_connectivity_bitstream(triangles_, header.vertex_count);
+    if (!connectivity) return tl::unexpected(connectivity.error());
+    auto decoded = read_connectivity_bitstream(connectivity->bytes, header.vertex_count);
+    if (!decoded) return fail_within("decoding the connectivity just coded", decoded.error());
+    if (*decoded != triangles_)
+        return fail(ErrorCode::kVerification, "the decoded connectivity differs from the source's");
+    bytes_.connectivity = static_cast<std::int64_t>(connectivity->bytes.size());
+    bytes_.order = connectivity->order_bytes;
+    return writer_->write_connectivity(connectivity->bytes);
+}
+
+Expected<void> JobRun::read(ClipInFlight& clip) {
+    if (clip.index == 0)
+        if (auto opened = open(); !opened) return opened;
+    return source_->read_frames(plan_.job.frame_begin + clip.span.first_frame,
+                                view_of(clip.source, clip.span, plan_.header.vertex_count));
+}
+
+Expected<void> JobRun::segment(ClipInFlight& clip) {
+    const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
+    auto segmentation = segment_clip(source, triangles_, plan_.job.segmentation, executor_);
+    if (!segmentation) return tl::unexpected(segmentation.error());
+    clip.segmentation = std::move(*segmentation);
+    return {};
+}
+
+Expected<void> JobRun::code(ClipInFlight& clip) {
+    const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
+    auto encoded = encode_clip(source, triangles_, clip.segmentation, plan_.job.codec, executor_);
+    if (!encoded) return tl::unexpected(encoded.error());
+    clip.encoded = std::move(*encoded);
+    return {};
+}
+
+Expected<void> JobRun::verify(ClipInFlight& clip) {
+    constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();  // these bytes are our own
+    const Stopwatch watch;
+    auto decoder = decode_clip(clip.encoded.bitstream, triangles_, -1, kNoLimit, executor_);
+    if (!decoder) return fail_within("decoding what was just coded", decoder.error());
+    const MutablePositionsView decoded = view_of(clip.decoded, clip.span, plan_.header.vertex_count);
+    if (auto done = (*decoder)->reconstruct(0, decoded, executor_); !done)
+        return fail_within("decoding what was just coded", done.error());
+    clip.decode_time_s = watch.seconds();
+
+    if (plan_.job.analysis) {
+        const PositionsView source =
+            view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
+        clip.labels = (*decoder)->labels();
+        clip.vertex_rmse = measure_vertex_rmse(source, decoded, executor_);
+    }
+    return {};
+}
+
+Expected<void> JobRun::write(ClipInFlight& clip) {
+    // Here and not in verify, because the sums over a job's clips come out alike only in their order.
+    const std::int64_t vertex_count = plan_.header.vertex_count;
+    meter_->add(view_of(std::as_const(clip.source), clip.span, vertex_count),
+                view_of(std::as_const(clip.decoded), clip.span, vertex_count), executor_);
+    if (auto done = writer_->write_clip(clip.span, clip.encoded.bitstream); !done) return done;
+    if (plan_.job.analysis)
+        if (auto done = writer_->write_analysis(clip.labels, clip.vertex_rmse); !done) return done;
+    bytes_.clips += clip.encoded.section_bytes;
+    decode_time_s_ += clip.decode_time_s;
+    return clip.index + 1 == plan_.clip_count() ? finish() : Expected<void>{};
+}
+
+Expected<void> JobRun::finish() {
+    // encode_time_s: from the first clip's read to the last clip's write, other jobs' clips in between
+    // included. decode_time_s: entropy decoding and reconstruction of all clips, each clip's own wall time.
+    metrics_ = make_result_metrics(bytes_, meter_->finish(), plan_.header.vertex_count,
+                                   plan_.header.frame_count, since_first_read_.seconds(), decode_time_s_);
+    return writer_->finish(metrics_);
+}
+
+void JobRun::record_failure(Error error) {
+    const std::lock_guard lock(error_mutex_);
+    if (!error_) error_ = std::move(error);
+    failed_.store(true, std::memory_order_release);
+}
+
+JobReport JobRun::close() {
+    writer_.reset();
+    source_.reset();
+    meter_.reset();
+    std::vector<Triangle>().swap(triangles_);
+
+    JobReport report;
+    report.name = plan_.job.name;
+    report.output = plan_.job.output;
+    report.error = error_;
+    report.raw_bytes = plan_.raw_bytes();
+    report.seconds = seconds_;
+    if (!error_) {
+        report.metrics = std::move(metrics_);
+        std::error_code ignored;  // only a figure for the report
+        const auto size = std::filesystem::file_size(plan_.job.output, ignored);
+        report.result_bytes = ignored ? 0 : static_cast<std::int64_t>(size);
+    }
+    return report;
+}
+
+}  // namespace batchenc

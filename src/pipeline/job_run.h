@@ -1,0 +1,73 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/executor.h"
+#include "io/result_file.h"
+#include "io/source_clip.h"
+#include "kernels/error_metrics.h"
+#include "pipeline/clip_in_flight.h"
+#include "pipeline/plan.h"
+#include "pipeline/result_metrics.h"
+#include "pipeline/stopwatch.h"
+
+namespace batchenc {
+
+/// One job while it runs: its source, its result, and the five stages that each of its clips goes through.
+/// read is called for one clip at a time; write for one clip at a time and in order; the others for any
+/// number of clips at once. A stage is not called for a clip whose earlier stage failed.
+class JobRun {
+ public:
+    /// plan: one that runs. Both outlive the object.
+    JobRun(const JobPlan& plan, const Executor& executor) : plan_(plan), executor_(executor) {}
+
+    const JobPlan& plan() const { return plan_; }
+
+    /// Frames of the clip into clip.source; for the first clip, opens source and result and codes the
+    /// connectivity.
+    Expected<void> read(ClipInFlight& clip);
+    Expected<void> segment(ClipInFlight& clip);
+    Expected<void> code(ClipInFlight& clip);
+    /// Decodes the bytes that will be written, into clip.decoded.
+    Expected<void> verify(ClipInFlight& clip);
+    /// Measures the decoded clip and writes its bytes; after the last clip, finishes the result.
+    Expected<void> write(ClipInFlight& clip);
+
+    /// Records what stopped the job; the first call counts. Any thread.
+    void record_failure(Error error);
+    bool failed() const { return failed_.load(std::memory_order_acquire); }
+
+    /// Adds the times of one of its clips; one call at a time.
+    void add_seconds(const StageSeconds& seconds) { seconds_ += seconds; }
+
+    /// Ends the job: without a finished result, what was written is removed. Frees everything that was held.
+    /// No stage may run any more.
+    JobReport close();
+
+ private:
+    Expected<void> open();
+    Expected<void> finish();
+
+    const JobPlan& plan_;
+    const Executor& executor_;
+
+    Stopwatch since_first_read_;
+    std::unique_ptr<SourceClip> source_;
+    std::unique_ptr<ResultWriter> writer_;
+    std::vector<Triangle> triangles_;
+    std::optional<ErrorMeter> meter_;
+    ResultBytes bytes_;
+    StageSeconds seconds_;
+    double decode_time_s_ = 0.0;
+    ResultMetrics metrics_;
+
+    std::atomic<bool> failed_ = false;
+    std::mutex error_mutex_;
+    std::optional<Error> error_;
+};
+
+}  // namespace batchenc

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/executor.h"
+#include "core/mesh_sequence.h"
+#include "io/result_file.h"
+
+namespace batchenc {
+
+/// A result opened for decoding a run of frames at a time, in bounded memory.
+class ResultDecoder {
+ public:
+    /// Opens the result and decodes its triangles. memory_bytes: bound on what is allocated afterwards for a
+    /// clip and a block of frames, whatever the file claims.
+    /// Errors: those of ResultReader::open, and kCorrupt where connectivity and header disagree.
+    static Expected<ResultDecoder> open(const std::filesystem::path& path, std::int64_t memory_bytes);
+
+    ResultReader& reader() const { return *reader_; }
+    const std::vector<Triangle>& triangles() const { return triangles_; }
+
+    /// Takes decoded frames, the first of which is frame `first_frame` of the result.
+    using Visit = std::function<Expected<void>(std::int64_t first_frame, PositionsView frames)>;
+
+    /// Decodes frames [begin, end), a non-empty range of the result, in order, reading only the clips that
+    /// they lie in. components: use only the first so many (negative: all). Ends at the first error, be it
+    /// visit's.
+    Expected<void> decode_frames(std::int64_t begin, std::int64_t end, std::int32_t components,
+                                 const Executor& executor, const Visit& visit);
+
+ private:
+    ResultDecoder() = default;
+    Expected<void> decode_clip_frames(std::int64_t index, std::int64_t begin, std::int64_t end,
+                                      std::int32_t components, const Executor& executor, const Visit& visit);
+
+    std::string path_;
+    std::int64_t memory_bytes_ = 0;
+    std::unique_ptr<ResultReader> reader_;
+    std::vector<Triangle> triangles_;
+    std::vector<float> block_;
+};
+
+}  // namespace batchenc

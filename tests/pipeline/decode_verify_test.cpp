@@ -1,0 +1,165 @@
+#include <gtest/gtest.h>
+
+#include "pipeline/decode_result.h"
+#include "pipeline/tbb_executor.h"
+#include "pipeline/verify_result.h"
+#include "tests/pipeline/batch_fixture.h"
+
+namespace batchenc {
+namespace {
+
+constexpr std::int64_t kMemory = 1LL << 30;
+
+class DecodeVerify : public BatchTest {
+ protected:
+    void SetUp() override {
+        BatchTest::SetUp();
+        source_ = waving_sheet(20);
+        write_clip("sheet.h5", source_);
+    }
+
+    void encode(const Job& job) {
+        const auto plans = plan_jobs({job}, ExistingOutput::kReplace, stop_);
+        const auto report = run_batch(plans, {kMemory, 2}, TbbExecutor(stop_), stop_, listener_);
+        ASSERT_TRUE(report.all_done()) << report.jobs[0].error->to_string();
+    }
+
+    DecodeRequest request(const std::string& name) const {
+        DecodeRequest request;
+        request.result = output("a");
+        request.output = folder_ / name;
+        request.memory_bytes = kMemory;
+        return request;
+    }
+    Expected<DecodeReport> decode(const DecodeRequest& request) const {
+        return decode_result(request, TbbExecutor(stop_), stop_, [](double) {});
+    }
+    Expected<VerifyReport> verify(const std::filesystem::path& source) const {
+        return verify_result(output("a"), source, kMemory, TbbExecutor(stop_), stop_, [](double) {});
+    }
+
+    MeshSequence source_;
+};
+
+TEST_F(DecodeVerify, DecodesWhatWasEncoded) {
+    encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
+    const auto report = decode(request("back.h5"));
+    ASSERT_TRUE(report) << report.error().to_string();
+    const auto back = read_mesh_sequence(folder_ / "back.h5");
+    ASSERT_TRUE(back) << back.error().to_string();
+    EXPECT_EQ(back->frame_count, 20);
+    EXPECT_EQ(back->triangles, source_.triangles);
+    EXPECT_EQ(back->fps, 25.0);
+    EXPECT_EQ(back->name, "sheet");
+    ASSERT_EQ(back->positions.size(), source_.positions.size());
+    for (std::size_t i = 0; i < back->positions.size(); ++i)
+        ASSERT_NEAR(back->positions[i], source_.positions[i], 0.05) << i;
+}
+
+TEST_F(DecodeVerify, FrameRangeIsASliceOfTheWhole) {
+    encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
+    ASSERT_TRUE(decode(request("back.h5")));
+    const auto whole = read_mesh_sequence(folder_ / "back.h5");
+    for (const auto& [begin, end] : {std::pair{0, 20}, {5, 9}, {7, 14}, {6, 15}, {19, 20}}) {
+        DecodeRequest part = request("part.h5");
+        part.frame_begin = begin;
+        part.frame_end = end;
+        part.overwrite = true;
+        ASSERT_TRUE(decode(part));
+        const auto slice = read_mesh_sequence(part.output);
+        ASSERT_TRUE(slice);
+        const std::size_t frame = 3 * 144;
+        EXPECT_EQ(slice->positions,
+                  std::vector<float>(whole->positions.begin() + static_cast<std::ptrdiff_t>(begin * frame),
+                                     whole->positions.begin() + static_cast<std::ptrdiff_t>(end * frame)));
+    }
+}
+
+TEST_F(DecodeVerify, FewerComponentsAreWorse) {
+    encode(make_job("a", "sheet.h5"));
+    double last_error = std::numeric_limits<double>::infinity();
+    for (const int components : {1, 2, 3, 4}) {
+        DecodeRequest part = request("part.h5");
+        part.components = components;
+        part.overwrite = true;
+        ASSERT_TRUE(decode(part));
+        const auto back = read_mesh_sequence(part.output);
+        double error = 0.0;
+        for (std::size_t i = 0; i < back->positions.size(); ++i)
+            error += std::pow(double{back->positions[i]} - double{source_.positions[i]}, 2);
+        EXPECT_LT(error, last_error) << components;
+        last_error = error;
+    }
+}
+
+TEST_F(DecodeVerify, DecodeRefusesMistakes) {
+    encode(make_job("a", "sheet.h5"));
+    DecodeRequest bad = request("back.h5");
+    bad.frame_end = 21;
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kOutOfRange);
+    bad = request("back.h5");
+    bad.frame_begin = 20;
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kOutOfRange);
+    bad = request("sheet.h5");
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kExists);
+    bad = request("back.h5");
+    bad.output = bad.result;
+    bad.overwrite = true;
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kInvalidArgument);
+    bad = request("back.h5");
+    bad.memory_bytes = 1000;
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kLimit);
+    bad = request("back.h5");
+    bad.result = folder_ / "sheet.h5";
+    EXPECT_EQ(decode(bad).error().code, ErrorCode::kFormat);
+    stop_ = true;
+    EXPECT_EQ(decode(request("back.h5")).error().code, ErrorCode::kInterrupted);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "back.h5"));
+}
+
+TEST_F(DecodeVerify, VerifyAgreesWithTheSource) {
+    encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
+    const auto report = verify(folder_ / "sheet.h5");
+    ASSERT_TRUE(report) << report.error().to_string();
+    for (const VerifiedFigure& figure : report->figures)
+        EXPECT_TRUE(figure.agrees) << figure.name << " " << figure.recorded << " " << figure.measured;
+    EXPECT_TRUE(report->same_triangles);
+    EXPECT_TRUE(report->agrees());
+}
+
+TEST_F(DecodeVerify, VerifyFindsTheFrameRangeInTheWholeClip) {
+    const std::string yaml =
+        "batchenc: 1\nname: a\ninput: {file: sheet.h5, frames: [4, 15]}\noutput: out/a.h5\n"
+        "segmentation: {clusters: 2}\ncodec: {method: rlpca, components: 3}\n";
+    encode(parse_job(yaml, folder_ / "a.yaml").value().front());
+    const auto whole = verify(folder_ / "sheet.h5");
+    ASSERT_TRUE(whole) << whole.error().to_string();
+    EXPECT_TRUE(whole->agrees());
+    MeshSequence cut = source_;  // the same frames alone, as a file of their own
+    cut.positions.assign(source_.view().at(4, 0), source_.view().at(15, 0));
+    cut.frame_count = 11;
+    const auto alone = verify(write_clip("cut.h5", cut));
+    ASSERT_TRUE(alone) << alone.error().to_string();
+    EXPECT_TRUE(alone->agrees());
+}
+
+TEST_F(DecodeVerify, VerifyFindsDifferences) {
+    encode(make_job("a", "sheet.h5"));
+    MeshSequence other = source_;
+    other.positions[777] += 0.5F;
+    const auto moved = verify(write_clip("moved.h5", other));
+    ASSERT_TRUE(moved);
+    EXPECT_FALSE(moved->agrees());
+    EXPECT_TRUE(moved->same_triangles);
+    other = source_;
+    std::swap(other.triangles[3], other.triangles[4]);
+    const auto reordered = verify(write_clip("reordered.h5", other));
+    ASSERT_TRUE(reordered);
+    EXPECT_FALSE(reordered->same_triangles);
+    EXPECT_FALSE(reordered->agrees());
+    EXPECT_EQ(verify(write_clip("small.h5", waving_sheet(20, 5))).error().code, ErrorCode::kVerification);
+    EXPECT_EQ(verify(write_clip("short.h5", waving_sheet(19))).error().code, ErrorCode::kVerification);
+}
+
+}  // namespace
+}  // namespace batchenc

@@ -1,0 +1,116 @@
+#include "pipeline/plan.h"
+
+#include "tests/pipeline/batch_fixture.h"
+
+namespace batchenc {
+namespace {
+
+class Plan : public BatchTest {
+ protected:
+    JobPlan plan(const Job& job, ExistingOutput existing = ExistingOutput::kRefuse) const {
+        return plan_jobs({job}, existing, stop_).front();
+    }
+    static ErrorCode code_of(const Expected<void>& checked) {
+        return checked ? ErrorCode::kInternal : checked.error().code;
+    }
+};
+
+TEST_F(Plan, CutsTheFrameRangeIntoClips) {
+    write_clip("sheet.h5", waving_sheet(23));
+    Job job = make_job("a", "sheet.h5", "clips: {length: 8}\n");
+    job.frame_begin = 2;
+    const JobPlan planned = plan(job);
+    ASSERT_FALSE(planned.error) << planned.error->to_string();
+    EXPECT_EQ(planned.header.frame_count, 21);
+    EXPECT_EQ(planned.header.vertex_count, 144);
+    EXPECT_EQ(planned.header.triangle_count, 242);
+    EXPECT_EQ(planned.header.fps, 25.0);
+    EXPECT_EQ(planned.header.job, job.yaml);
+    ASSERT_EQ(planned.clip_count(), 3);
+    EXPECT_EQ(planned.clip(0).first_frame, 0);
+    EXPECT_EQ(planned.clip(1).first_frame, 8);
+    EXPECT_EQ(planned.clip(2).first_frame, 16);
+    EXPECT_EQ(planned.clip(2).frame_count, 5);
+    EXPECT_EQ(planned.raw_bytes(), 12 * 144 * 21);
+}
+
+TEST_F(Plan, OneClipByDefaultAndWhenTheLengthIsMore) {
+    write_clip("sheet.h5", waving_sheet(5));
+    EXPECT_EQ(plan(make_job("a", "sheet.h5")).clip_count(), 1);
+    EXPECT_EQ(plan(make_job("a", "sheet.h5", "clips: {length: 99}\n")).clip(0).frame_count, 5);
+}
+
+TEST_F(Plan, RefusesFramesThatTheClipDoesNotHave) {
+    write_clip("sheet.h5", waving_sheet(5));
+    Job job = make_job("a", "sheet.h5");
+    job.frame_end = 6;
+    ASSERT_TRUE(plan(job).error);
+    EXPECT_EQ(plan(job).error->code, ErrorCode::kOutOfRange);
+    job.frame_end = std::nullopt;
+    job.frame_begin = 5;
+    ASSERT_TRUE(plan(job).error);
+    EXPECT_EQ(plan(job).error->code, ErrorCode::kOutOfRange);
+}
+
+TEST_F(Plan, NamesAMissingInput) {
+    const JobPlan planned = plan(make_job("a", "nowhere.h5"));
+    ASSERT_TRUE(planned.error);
+    EXPECT_EQ(planned.error->code, ErrorCode::kIo);
+    EXPECT_NE(planned.error->to_string().find("nowhere.h5"), std::string::npos);
+}
+
+TEST_F(Plan, RefusesAnExistingOutputUnlessTold) {
+    write_clip("sheet.h5", waving_sheet(5));
+    const Job job = make_job("a", "sheet.h5");
+    std::filesystem::create_directories(folder_ / "out");
+    std::ofstream(output("a")) << "not a result";
+    ASSERT_TRUE(plan(job).error);
+    EXPECT_EQ(plan(job).error->code, ErrorCode::kExists);
+    EXPECT_TRUE(plan(job, ExistingOutput::kReplace).runs());
+    EXPECT_TRUE(plan(job, ExistingOutput::kResume).runs());  // what is there is not a result
+}
+
+TEST_F(Plan, RefusesTwoJobsWithOneOutput) {
+    Job a = make_job("a", "sheet.h5"), b = make_job("b", "sheet.h5");
+    EXPECT_TRUE(check_outputs({a, b}));
+    b.output = folder_ / "out" / ".." / "out" / "a.h5";
+    EXPECT_EQ(code_of(check_outputs({a, b})), ErrorCode::kInvalidArgument);
+    std::filesystem::create_directories(folder_ / "out");
+    std::filesystem::create_directory_symlink(folder_ / "out", folder_ / "alias");
+    b.output = folder_ / "alias" / "a.h5";
+    EXPECT_EQ(code_of(check_outputs({a, b})), ErrorCode::kInvalidArgument);
+}
+
+TEST_F(Plan, RefusesAnOutputThatIsAnInput) {
+    write_clip("sheet.h5", waving_sheet(2));
+    write_clip("other.h5", waving_sheet(2));
+    Job a = make_job("a", "sheet.h5");
+    a.output = folder_ / "." / "sheet.h5";
+    EXPECT_EQ(code_of(check_outputs({a})), ErrorCode::kInvalidArgument);
+    a.output = folder_ / "other.h5";
+    EXPECT_TRUE(check_outputs({a}));
+    EXPECT_EQ(code_of(check_outputs({a, make_job("b", "other.h5")})), ErrorCode::kInvalidArgument);
+}
+
+TEST_F(Plan, TokensFollowTheMemory) {
+    write_clip("sheet.h5", waving_sheet(40));
+    const std::vector<JobPlan> plans = {plan(make_job("a", "sheet.h5")),
+                                        plan(make_job("b", "sheet.h5", "clips: {length: 10}\n"))};
+    const std::int64_t largest = clip_memory_bytes(plans[0]);
+    EXPECT_GE(largest, 2 * 12 * 144 * 40);  // source and decoded at the very least
+    EXPECT_GT(largest, clip_memory_bytes(plans[1]));
+    EXPECT_EQ(choose_tokens(plans, 1, 4), 1);
+    EXPECT_EQ(choose_tokens(plans, 3 * largest, 4), 3);
+    EXPECT_EQ(choose_tokens(plans, 1000 * largest, 4), 8);
+}
+
+TEST_F(Plan, StopsOnRequest) {
+    write_clip("sheet.h5", waving_sheet(2));
+    stop_ = true;
+    const JobPlan planned = plan(make_job("a", "sheet.h5"));
+    ASSERT_TRUE(planned.error);
+    EXPECT_EQ(planned.error->code, ErrorCode::kInterrupted);
+}
+
+}  // namespace
+}  // namespace batchenc
