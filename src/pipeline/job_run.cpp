@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "codecs/connectivity_bitstream.h"
-
 namespace batchenc {
 
 namespace {
@@ -72,22 +70,26 @@ Expected<void> JobRun::open() {
     auto triangles = source_->read_triangles();
     if (!triangles) return tl::unexpected(triangles.error());
     triangles_ = std::move(*triangles);
-    auto connectivity = write_connectivity_bitstream(triangles_, header.vertex_count);
+    return {};
+}
+
+Expected<void> JobRun::code_connectivity() {
+    if (triangles_.empty()) return {};
+    auto connectivity = write_connectivity_bitstream(triangles_, plan_.header.vertex_count);
     if (!connectivity) return tl::unexpected(connectivity.error());
-    auto decoded = read_connectivity_bitstream(connectivity->bytes, header.vertex_count);
+    auto decoded = read_connectivity_bitstream(connectivity->bytes, plan_.header.vertex_count);
     if (!decoded) return fail_within("decoding the connectivity just coded", decoded.error());
     if (*decoded != triangles_)
         return fail(ErrorCode::kVerification, "the decoded connectivity differs from the source's");
-    bytes_.connectivity = static_cast<std::int64_t>(connectivity->bytes.size());
-    bytes_.order = connectivity->order_bytes;
-    return writer_->write_connectivity(connectivity->bytes);
+    connectivity_ = std::move(*connectivity);
+    return {};
 }
 
 Expected<void> JobRun::read(ClipInFlight& clip) {
     if (clip.index == 0)
         if (auto opened = open(); !opened) return opened;
     return source_->read_frames(plan_.job.frame_begin + clip.span.first_frame,
-                                view_of(clip.source, clip.span, plan_.header.vertex_count));
+                                view_of(clip.source, clip.span, plan_.header.vertex_count), executor_);
 }
 
 Expected<void> JobRun::segment(ClipInFlight& clip) {
@@ -100,10 +102,18 @@ Expected<void> JobRun::segment(ClipInFlight& clip) {
 
 Expected<void> JobRun::code(ClipInFlight& clip) {
     const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
-    auto encoded = encode_clip(source, triangles_, clip.segmentation, plan_.job.codec, executor_);
+    // The connectivity is coded once, beside the first clip.
+    Expected<void> connectivity;
+    Expected<EncodedClip> encoded;
+    executor_.for_each(clip.index == 0 ? 2 : 1, [&](std::int64_t task) {
+        if (task == 0)
+            encoded = encode_clip(source, triangles_, clip.segmentation, plan_.job.codec, executor_);
+        else
+            connectivity = code_connectivity();
+    });
     if (!encoded) return tl::unexpected(encoded.error());
     clip.encoded = std::move(*encoded);
-    return {};
+    return connectivity;
 }
 
 Expected<void> JobRun::verify(ClipInFlight& clip) {
@@ -130,6 +140,11 @@ Expected<void> JobRun::write(ClipInFlight& clip) {
     const std::int64_t vertex_count = plan_.header.vertex_count;
     meter_->add(view_of(std::as_const(clip.source), clip.span, vertex_count),
                 view_of(std::as_const(clip.decoded), clip.span, vertex_count), executor_);
+    if (clip.index == 0 && !connectivity_.bytes.empty()) {
+        if (auto done = writer_->write_connectivity(connectivity_.bytes); !done) return done;
+        bytes_.connectivity = static_cast<std::int64_t>(connectivity_.bytes.size());
+        bytes_.order = connectivity_.order_bytes;
+    }
     if (auto done = writer_->write_clip(clip.span, clip.encoded.bitstream); !done) return done;
     if (plan_.job.analysis)
         if (auto done = writer_->write_analysis(clip.labels, clip.vertex_rmse); !done) return done;

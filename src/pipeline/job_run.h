@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "codecs/connectivity_bitstream.h"
 #include "core/executor.h"
 #include "io/result_file.h"
 #include "io/source_clip.h"
@@ -27,10 +28,10 @@ class JobRun {
 
     const JobPlan& plan() const { return plan_; }
 
-    /// Frames of the clip into clip.source; for the first clip, opens source and result and codes the
-    /// connectivity.
+    /// Frames of the clip into clip.source; for the first clip, opens source and result.
     Expected<void> read(ClipInFlight& clip);
     Expected<void> segment(ClipInFlight& clip);
+    /// Codes the clip; with the first one, the connectivity.
     Expected<void> code(ClipInFlight& clip);
     /// Decodes the bytes that will be written, into clip.decoded.
     Expected<void> verify(ClipInFlight& clip);
@@ -50,6 +51,7 @@ class JobRun {
 
  private:
     Expected<void> open();
+    Expected<void> code_connectivity();
     Expected<void> finish();
 
     const JobPlan& plan_;
@@ -59,6 +61,7 @@ class JobRun {
     std::unique_ptr<SourceClip> source_;
     std::unique_ptr<ResultWriter> writer_;
     std::vector<Triangle> triangles_;
+    ConnectivityBitstream connectivity_;
     std::optional<ErrorMeter> meter_;
     ResultBytes bytes_;
     StageSeconds seconds_;
