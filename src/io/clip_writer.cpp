@@ -4,8 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "io/durable_file.h"
-#include "io/hdf5_handle.h"
+#include "io/hdf5/durable_file.h"
+#include "io/hdf5/hdf5_handle.h"
 #include "io/source_clip.h"
 
 namespace batchenc {

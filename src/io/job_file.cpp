@@ -5,9 +5,9 @@
 #include <system_error>
 #include <unordered_map>
 
-#include "io/job_schema.h"
-#include "io/job_sweep.h"
-#include "io/job_yaml.h"
+#include "io/job/job_schema.h"
+#include "io/job/job_sweep.h"
+#include "io/job/job_yaml.h"
 
 namespace batchenc {
 namespace {

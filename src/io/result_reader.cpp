@@ -2,11 +2,11 @@
 #include <new>
 #include <utility>
 
-#include "io/hdf5_handle.h"
-#include "io/result_digest.h"
+#include "io/hdf5/hdf5_handle.h"
+#include "io/hdf5/result_digest.h"
+#include "io/hdf5/result_layout.h"
+#include "io/hdf5/result_scan.h"
 #include "io/result_file.h"
-#include "io/result_layout.h"
-#include "io/result_scan.h"
 #include "io/source_clip.h"
 
 namespace batchenc {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <utility>
 
-#include "io/chunk_reader.h"
-#include "io/finite_check.h"
-#include "io/hdf5_handle.h"
-#include "io/source_attributes.h"
-#include "io/source_dataset.h"
+#include "io/hdf5/chunk_reader.h"
+#include "io/hdf5/finite_check.h"
+#include "io/hdf5/hdf5_handle.h"
+#include "io/hdf5/source_attributes.h"
+#include "io/hdf5/source_dataset.h"
 
 namespace batchenc {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <set>
 
-#include "io/job_schema.h"
+#include "io/job/job_schema.h"
 
 namespace batchenc {
 namespace {

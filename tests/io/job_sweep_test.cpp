@@ -1,4 +1,4 @@
-#include "io/job_sweep.h"
+#include "io/job/job_sweep.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 
 #include "core/executor.h"
 #include "core/mesh_sequence.h"
-#include "io/chunk_unpacker.h"
-#include "io/source_dataset.h"
+#include "io/hdf5/chunk_unpacker.h"
+#include "io/hdf5/source_dataset.h"
 
 namespace batchenc {
 

@@ -1,9 +1,9 @@
-#include "io/source_attributes.h"
+#include "io/hdf5/source_attributes.h"
 
 #include <cmath>
 #include <cstring>
 
-#include "io/hdf5_handle.h"
+#include "io/hdf5/hdf5_handle.h"
 
 namespace batchenc::hdf5 {
 

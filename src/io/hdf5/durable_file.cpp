@@ -1,4 +1,4 @@
-#include "io/durable_file.h"
+#include "io/hdf5/durable_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

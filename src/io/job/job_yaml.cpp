@@ -1,4 +1,4 @@
-#include "io/job_yaml.h"
+#include "io/job/job_yaml.h"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>

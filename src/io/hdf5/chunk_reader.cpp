@@ -1,4 +1,4 @@
-#include "io/chunk_reader.h"
+#include "io/hdf5/chunk_reader.h"
 
 #include <algorithm>
 #include <array>

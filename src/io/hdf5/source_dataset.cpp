@@ -1,4 +1,4 @@
-#include "io/source_dataset.h"
+#include "io/hdf5/source_dataset.h"
 
 #include <algorithm>
 #include <bit>

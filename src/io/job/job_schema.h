@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/job/job_yaml.h"
 #include "io/job_file.h"
-#include "io/job_yaml.h"
 
 namespace batchenc {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "io/hdf5_handle.h"
+#include "io/hdf5/hdf5_handle.h"
 
 namespace batchenc::hdf5 {
 

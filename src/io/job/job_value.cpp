@@ -1,7 +1,7 @@
 #include <charconv>
 #include <utility>
 
-#include "io/job_schema.h"
+#include "io/job/job_schema.h"
 #include "io/source_clip.h"
 
 namespace batchenc {

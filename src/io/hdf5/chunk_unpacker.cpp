@@ -1,4 +1,4 @@
-#include "io/chunk_unpacker.h"
+#include "io/hdf5/chunk_unpacker.h"
 
 #include <libdeflate.h>
 

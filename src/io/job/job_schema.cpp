@@ -1,4 +1,4 @@
-#include "io/job_schema.h"
+#include "io/job/job_schema.h"
 
 #include <algorithm>
 #include <array>

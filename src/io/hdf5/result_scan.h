@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "io/hdf5_handle.h"
-#include "io/result_digest.h"
+#include "io/hdf5/hdf5_handle.h"
+#include "io/hdf5/result_digest.h"
 
 namespace batchenc {
 

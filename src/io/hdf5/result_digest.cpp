@@ -1,4 +1,4 @@
-#include "io/result_digest.h"
+#include "io/hdf5/result_digest.h"
 
 #include <xxhash.h>
 

@@ -1,9 +1,9 @@
-#include "io/result_scan.h"
+#include "io/hdf5/result_scan.h"
 
 #include <algorithm>
 #include <optional>
 
-#include "io/result_layout.h"
+#include "io/hdf5/result_layout.h"
 
 namespace batchenc {
 

@@ -1,4 +1,4 @@
-#include "io/finite_check.h"
+#include "io/hdf5/finite_check.h"
 
 #include <algorithm>
 #include <bit>

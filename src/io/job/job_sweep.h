@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/job_schema.h"
+#include "io/job/job_schema.h"
 
 namespace batchenc {
 

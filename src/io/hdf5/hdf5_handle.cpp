@@ -1,4 +1,4 @@
-#include "io/hdf5_handle.h"
+#include "io/hdf5/hdf5_handle.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
