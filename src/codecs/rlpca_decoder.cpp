@@ -128,7 +128,11 @@ Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Tria
                             "the connectivity names vertices that the clip does not have");
         }
     }
-    if (clip.vertex_count > size_limit_bytes / 64 || clip.frame_count > size_limit_bytes / 64) {
+    // About what a vertex, and a frame of a cluster, take in the tables below; checked before any of them is
+    // made.
+    constexpr std::int64_t kBytesPerVertex = 64, kBytesPerFrame = 96;
+    if (clip.vertex_count > size_limit_bytes / kBytesPerVertex ||
+        clip.frame_count > size_limit_bytes / kBytesPerFrame / header_.cluster_count) {
         return fail(ErrorCode::kLimit,
                     "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
                         " vertices, " + std::to_string(clip.frame_count) + " frames");

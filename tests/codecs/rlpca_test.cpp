@@ -298,9 +298,17 @@ TEST(Rlpca, RefusesCountsThatTheBytesCannotHold) {
 TEST(Rlpca, RefusesMoreMemoryThanAllowed) {
     const MeshSequence clip = test::sheet(30, 30, 9);
     const auto bytes = encode(clip, {3, 5, 8, CoordinateSpace::kLocal}).bitstream;
-    const auto refused = decode_clip(bytes, clip.triangles, -1, 1000, kSerial);
-    ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
+    for (const std::int64_t limit : {0, 1000, 60000, 80000}) {
+        const auto refused = decode_clip(bytes, clip.triangles, -1, limit, kSerial);
+        ASSERT_FALSE(refused) << limit;
+        EXPECT_EQ(refused.error().code, ErrorCode::kLimit) << limit;
+    }
+    // Few vertices, but frames without end: cheap to code, and refused before anything is made for them.
+    const MeshSequence still =
+        test::sheet(3, 2, 5000, [](const std::array<double, 3>& p, double) { return p; });
+    const auto long_one = encode(still, {2, 1, 8, CoordinateSpace::kLocal}).bitstream;
+    EXPECT_LT(long_one.size(), 2000u);
+    EXPECT_EQ(decode_clip(long_one, still.triangles, -1, 500000, kSerial).error().code, ErrorCode::kLimit);
 }
 
 TEST(Rlpca, RefusesConnectivityOfAnotherMesh) {

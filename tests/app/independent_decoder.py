@@ -1,0 +1,723 @@
+"""A second decoder, written from docs/FORMAT.md alone and sharing no code with the program: for reading, and as the
+proof that the document says enough. Slow; every step stands as plainly as it can.
+
+Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
+       independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
+Exits 0 when all agrees, 1 when not, 77 without h5py and numpy.
+"""
+
+import math
+import struct
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError:
+    print("skipped: needs python3-h5py and python3-numpy")
+    sys.exit(77)
+
+
+class Corrupt(Exception):
+    pass
+
+
+def need(condition, message):
+    if not condition:
+        raise Corrupt(message)
+
+
+# Basic types
+
+
+def make_crc_table():
+    table = []
+    for byte in range(256):
+        for _ in range(8):
+            byte = (byte >> 1) ^ (0x82F63B78 if byte & 1 else 0)
+        table.append(byte)
+    return table
+
+
+CRC_TABLE = make_crc_table()
+
+
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = (crc >> 8) ^ CRC_TABLE[(crc ^ byte) & 255]
+    return crc ^ 0xFFFFFFFF
+
+
+def int32(value):
+    return (value + 2**31) % 2**32 - 2**31
+
+
+class Reader:
+    """Takes values from bytes and never reads past them."""
+
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def left(self):
+        return len(self.data) - self.at
+
+    def take(self, count):
+        need(count <= self.left(), "the bytes end too early")
+        self.at += count
+        return self.data[self.at - count:self.at]
+
+    def get(self, form):
+        return struct.unpack("<" + form, self.take(struct.calcsize("<" + form)))[0]
+
+    def varint(self, limit):
+        value = 0
+        for i in range(10):
+            byte = self.get("B")
+            value |= (byte & 127) << 7 * i
+            if byte < 128:
+                need(i == 0 or byte != 0, "a padded number")
+                need(value < 2**64 and value <= limit, f"{value} is above {limit}")
+                return value
+        raise Corrupt("a number of more than 64 bits")
+
+
+# Coded integers
+
+ESCAPE = 223
+
+
+def make_tokens():
+    """Per token: value, direction and number of its plain bits."""
+    tokens = [(t - 7, 1, 0) for t in range(15)]
+    for r in range(ESCAPE - 15):
+        s = r // 16
+        magnitude = (8 + r % 16 // 2) << s
+        tokens.append((magnitude, 1, s) if r % 2 == 0 else (-magnitude, -1, s))
+    return tokens
+
+
+TOKENS = make_tokens()
+
+
+def power(base, e):
+    result = 1.0
+    while e > 0:
+        if e % 2:
+            result *= base
+        e //= 2
+        base *= base
+    return result
+
+
+class Model:
+    def __init__(self, prior=None):
+        self.counts = [0] * 224
+        self.counts[ESCAPE] = 32
+        self.until_update, self.interval = 0, 1
+        self.slots = []  # (token, cumulative, frequency) of each of the 4096
+        if prior is None:
+            return
+        self.interval = 16
+        m = min(max(prior, 0.001), 40000.0)
+        ratio = (math.sqrt(1 + m * m) - 1) / m
+        for token, (value, _, s) in enumerate(TOKENS):
+            if value == 0:
+                mass = (1 - ratio) / (1 + ratio)
+            else:
+                a = abs(value)
+                mass = (power(ratio, a) - power(ratio, a + 2**s)) / (1 + ratio)
+            self.counts[token] = math.floor(mass * 4096 + 0.5)
+
+    def update(self):
+        total = sum(self.counts)
+        if total > 2097152:
+            self.counts = [c - c // 2 for c in self.counts]
+            total = sum(self.counts)
+        scale = 2**44 // total
+        frequency, running, before, missing = [], 0, 0, 0
+        for count in self.counts:
+            running += count
+            after = (running * scale + 2**31) // 2**32
+            f = after - before
+            before = after
+            if f == 0 and count:
+                f, missing = 1, missing + 1
+            frequency.append(f)
+        while missing:
+            largest = max(frequency)
+            taken = min(missing, largest // 2)
+            frequency[frequency.index(largest)] -= taken
+            missing -= taken
+        self.slots = []
+        for token, f in enumerate(frequency):
+            self.slots += [(token, len(self.slots), f)] * f
+        self.until_update = self.interval
+        self.interval = min(1024, 2 * self.interval)
+
+
+class Stream:
+    def __init__(self, data):
+        self.empty = not data
+        if self.empty:
+            return
+        reader = Reader(data)
+        plain_size = reader.varint(len(data))
+        self.states = [reader.get("I"), reader.get("I")]
+        need(reader.left() >= plain_size and (reader.left() - plain_size) % 2 == 0, "a stream of impossible size")
+        words = reader.take(reader.left() - plain_size)
+        self.words = iter(struct.unpack(f"<{len(words) // 2}H", words))
+        self.plain = int.from_bytes(reader.take(plain_size), "little")
+        self.plain_left = 8 * plain_size
+        self.turn = 0
+
+    def bits(self, count):
+        need(count <= self.plain_left, "plain bits end too early")
+        value = self.plain & ((1 << count) - 1)
+        self.plain >>= count
+        self.plain_left -= count
+        return value
+
+    def token(self, model):
+        need(not self.empty, "a value from an empty stream")
+        if model.until_update == 0:
+            model.update()
+        x = self.states[self.turn]
+        token, cumulative, frequency = model.slots[x % 4096]
+        x = frequency * (x // 4096) + x % 4096 - cumulative
+        if x < 65536:
+            word = next(self.words, None)
+            need(word is not None, "words end too early")
+            x = x * 65536 + word
+        self.states[self.turn] = x
+        self.turn = 1 - self.turn
+        model.counts[token] += 32
+        model.until_update -= 1
+        return token
+
+    def value(self, model):
+        token = self.token(model)
+        if token == ESCAPE:
+            token = self.bits(8)
+            if token == 255:
+                return int32(self.bits(32))
+            need(token < ESCAPE, "an escape to no token")
+            model.counts[token] += 32
+            model.until_update //= 2
+        value, direction, s = TOKENS[token]
+        return value + direction * self.bits(s)
+
+    def finish(self):
+        need(self.empty or self.states == [65536, 65536] and next(self.words, None) is None
+             and self.plain_left < 8 and self.plain == 0, "a stream does not end where its values do")
+
+
+# Connectivity
+
+NONE = -1
+
+
+class Slot:
+    def __init__(self, vertex=NONE):
+        self.vertex, self.before, self.after, self.opposite, self.valence = vertex, NONE, NONE, 0, 0
+
+
+class Slots:
+    def __init__(self, vertex_count, triangle_count):
+        useful, size = max(1, min(vertex_count, 3 * triangle_count, 2**22)), 1
+        while size < useful:
+            size *= 2
+        self.table = [Slot() for _ in range(size)]
+
+    def look_up(self, v):
+        slot = self.table[v % len(self.table)]
+        return slot if slot.vertex == v else Slot()
+
+    def claim(self, v):
+        at = v % len(self.table)
+        if self.table[at].vertex != v:
+            self.table[at] = Slot(v)
+        return self.table[at]
+
+
+class Guess:
+    def __init__(self, candidates):
+        self.costs, self.models, self.best = [0] * candidates, [Model() for _ in range(candidates)], 0
+
+
+class ConnectivityDecoder:
+    def __init__(self, stream, vertex_count, triangle_count):
+        self.stream, self.vertex_count, self.last = stream, vertex_count, vertex_count - 1
+        self.next, self.recent, self.slots = 0, [], Slots(vertex_count, triangle_count)
+        self.previous = self.previous_free = (0, 0, 0)
+        self.previous_third = self.previous_other = 0
+        self.anchor, self.corners, self.third = Guess(5), [Guess(5) for _ in range(3)], Guess(6)
+        self.far_high, self.far_low = Model(), Model()
+        self.attachments, self.thirds = [Model() for _ in range(25)], [Model() for _ in range(32)]
+        self.context = 0
+
+    def index(self, guess, candidates):
+        d = self.stream.value(guess.models[guess.best])
+        if d > 0:
+            d -= 1
+        elif d == 0:
+            d = 32768 * self.stream.value(self.far_high)
+            d += self.stream.value(self.far_low)
+        v = candidates[guess.best] + d
+        need(0 <= v <= self.last, "an index out of range")
+        for i, candidate in enumerate(candidates):
+            old = guess.costs[i]
+            guess.costs[i] = old + 16 * abs(v - candidate).bit_length() - old // 16
+        guess.best = guess.costs.index(min(guess.costs))
+        return v
+
+    def symbol(self, model, count):
+        value = self.stream.value(model)
+        symbol = 2 * value if value >= 0 else -2 * value - 1
+        need(symbol < count, "no such symbol")
+        return symbol
+
+    def free_candidates(self, k, t):
+        first = k == 0
+        return [self.previous[k], self.previous[2] if first else t[k - 1], min(self.next, self.last),
+                self.previous[1] if first else t[0], self.previous_free[k]]
+
+    def triangle(self):
+        look_up = self.slots.look_up
+        attachment = self.symbol(self.attachments[self.context], 31)
+        age, corner, third, t = 0, 0, 4, [0, 0, 0]
+        if attachment == 3:
+            for k in range(3):
+                t[k] = self.index(self.corners[k], self.free_candidates(k, t))
+        else:
+            if attachment < 3:
+                corner = attachment
+                p = self.index(self.anchor, self.free_candidates(0, t))
+                q = look_up(p).after
+                need(q != NONE, "no gate leaves the anchor")
+            else:
+                age, corner = divmod(attachment - 4, 3)
+                need(age < len(self.recent), "no gate of that age")
+                p, q = self.recent[age]
+            right, left = look_up(q).after, look_up(p).before
+            third = self.symbol(self.thirds[4 * min(look_up(q).valence, 7) + 2 * (right != NONE) + (left != NONE)], 4)
+            if third == 0:
+                c = self.next if self.next <= self.last else NONE
+            elif third < 3:
+                c = right if third == 1 else left
+            else:
+                fourth = min(max(p + q - look_up(p).opposite, 0), self.last)
+                c = self.index(self.third, [q, p, self.previous_third, min(self.next, self.last),
+                                            self.previous_other, fourth])
+            need(c != NONE, "no such third vertex")
+            t[corner], t[(corner + 1) % 3], t[(corner + 2) % 3] = p, q, c
+        self.move_on(tuple(t), attachment, age, corner, third)
+        return t
+
+    def move_on(self, t, attachment, age, corner, third):
+        p, q, c = t[corner], t[(corner + 1) % 3], t[(corner + 2) % 3]
+        for v in t:
+            self.slots.claim(v).valence += 1
+            self.next = max(self.next, v + 1)
+        self.edge(p, q, c)
+        self.edge(c, p, q)
+        self.edge(q, c, p)
+        self.previous, self.previous_third = t, c
+        if attachment == 3:
+            self.previous_free = t
+        if third == 3:
+            self.previous_other = c
+        kind = 0 if attachment < 3 else 1 if attachment == 3 else 2 + min(age, 2)
+        self.context = 5 * kind + third
+
+    def edge(self, a, b, opposite):
+        start, end = self.slots.look_up(a), self.slots.look_up(b)
+        closed = start.after == b or end.before == a
+        if start.after == b:
+            start.after = NONE
+        if end.before == a:
+            end.before = NONE
+        if closed:
+            if (a, b) in self.recent:
+                self.recent.remove((a, b))
+            return
+        start = self.slots.claim(b)
+        start.after, start.opposite = a, opposite
+        self.slots.claim(a).before = b
+        self.recent = [(b, a), *self.recent][:9]
+
+
+def decode_connectivity(data):
+    reader = Reader(data)
+    need(reader.take(4) == b"BENM" and reader.get("B") == 1, "no connectivity of version 1")
+    need(reader.left() >= 4 and crc32c(data[:-4]) == struct.unpack("<I", data[-4:])[0], "checksum of the connectivity")
+    reader = Reader(data[5:-4])
+    need(reader.get("B") == 1, "an unknown connectivity coder")
+    vertex_count, triangle_count = reader.varint(2**31 - 1), reader.varint(2**63 - 1)
+    stream = reader.take(reader.varint(len(data)))
+    need(reader.left() == 0 and 2 * triangle_count <= (8 * len(stream) + 64) * 2840, "impossible sizes")
+    decoder = ConnectivityDecoder(Stream(stream), vertex_count, triangle_count)
+    triangles = [decoder.triangle() for _ in range(triangle_count)]
+    decoder.stream.finish()
+    return vertex_count, triangles
+
+
+# Clips
+
+
+def parse_clip(data):
+    reader = Reader(data)
+    need(reader.take(4) == b"BENC" and reader.get("B") == 1, "no clip of version 1")
+    need(reader.get("B") == 3, "not RLPCA")
+    vertex_count, frame_count = reader.varint(2**31 - 1), reader.varint(2**31 - 1)
+    table = [(reader.get("B"), reader.varint(len(data))) for _ in range(reader.varint(6))]
+    numbers = [number for number, _ in table]
+    need(numbers == sorted(set(numbers)) and set(numbers) <= set(range(1, 7)), "sections out of order")
+    need(crc32c(data[:reader.at]) == reader.get("I"), "checksum of the clip's header")
+    need(vertex_count and frame_count, "a clip without vertices or frames")
+    sections = dict.fromkeys(range(1, 7), b"")
+    for number, size in table:
+        sections[number] = reader.take(size)
+        need(crc32c(sections[number]) == reader.get("I"), f"checksum of section {number}")
+    need(reader.left() == 0, "bytes left over")
+    return vertex_count, frame_count, sections
+
+
+def neighbour_lists(triangles, vertex_count):
+    neighbours = [[] for _ in range(vertex_count)]
+    for a, b, c in triangles:
+        neighbours[a].append(b)
+        neighbours[b].append(c)
+        neighbours[c].append(a)
+    return neighbours
+
+
+def decode_segmentation(payload, vertex_count, cluster_count, local, neighbours):
+    stream, agreed, disputed = Stream(payload), Model(0.1), Model(0.5)
+    labels = []
+    for v in range(vertex_count):
+        known = [labels[w] for w in neighbours[v] if w < v]
+        first = known[0] if known else labels[v - 1] if v else 0
+        second = next((label for label in known if label != first), None)
+        symbol = stream.value(agreed if second is None else disputed)
+        label = first if symbol == 0 else second if symbol == 1 else symbol - 2
+        need(label is not None and 0 <= label < cluster_count, "no such label")
+        labels.append(label)
+    anchor, other, seeds, last = Model(vertex_count / (cluster_count + 1)), Model(64.0), [], 0
+    for _ in range(cluster_count if local else 0):
+        a = last + stream.value(anchor)
+        b = a + stream.value(other)
+        c = a + stream.value(other)
+        need(0 <= min(a, b, c) and max(a, b, c) < vertex_count, "no such seed triangle")
+        seeds.append((a, b, c))
+        last = a
+    stream.finish()
+    return labels, seeds
+
+
+def traverse(members, owner, cluster, neighbours):
+    """The vertices in order, and for each the places of its predecessors."""
+    order, predecessors, place = [], [], {}
+    for root in members:
+        if root in place:
+            continue
+        place[root] = len(order)
+        order.append(root)
+        at = place[root]
+        while at < len(order):
+            found = []
+            for w in neighbours[order[at]]:
+                if owner[w] != cluster:
+                    continue
+                if w not in place:
+                    place[w] = len(order)
+                    order.append(w)
+                elif place[w] < at and len(found) < 4:
+                    found.append(place[w])
+            predecessors.append(found)
+            at += 1
+    return order, predecessors
+
+
+def deal_streams(sizes):
+    count = min(max((sum(sizes) + 32768) // 65536, 1), len(sizes))
+    streams, loads = [[] for _ in range(count)], [0] * count
+    for i in sorted(range(len(sizes)), key=lambda i: (-sizes[i], i)):
+        least = loads.index(min(loads))
+        streams[least].append(i)
+        loads[least] += sizes[i]
+    return streams
+
+
+def open_streams(reader, sizes):
+    """Pairs of clusters and the stream that holds them."""
+    dealt = deal_streams(sizes)
+    lengths = [reader.varint(reader.left()) for _ in dealt]
+    parts = [reader.take(length) for length in lengths]
+    need(reader.left() == 0, "bytes left over")
+    for clusters, part in zip(dealt, parts):
+        need(sum(sizes[i] for i in clusters) <= (8 * len(part) + 64) * 2840, "more values than the bytes can hold")
+    return [(clusters, Stream(part)) for clusters, part in zip(dealt, parts)]
+
+
+class Contexts:
+    """The models of one stream of section 3, 4 or 5."""
+
+    def __init__(self):
+        self.choice, self.change, self.last_class, self.classes = Model(1.0), Model(2.0), 16, {}
+        self.starts = [Model(2000.0), Model(100.0), Model(30.0)]
+
+    def begin_run(self, stream, choices):
+        choice = stream.value(self.choice)
+        need(0 <= choice < choices, "no such choice")
+        self.last_class = min(max(int32(self.last_class + stream.value(self.change)), 0), 55)
+        if self.last_class not in self.classes:
+            odd = self.last_class % 2
+            prior = (1.4142135623730951 if odd else 1.0) * 2.0**((self.last_class - odd) // 2 - 4)
+            self.classes[self.last_class] = Model(prior)
+        return choice, self.classes[self.last_class]
+
+
+def decode_series(stream, contexts, length):
+    order, model = contexts.begin_run(stream, 4)
+    x = []
+    for t in range(length):
+        residual = stream.value(contexts.starts[t] if t < order else model)
+        j = min(order, t)
+        if j == 0:
+            prediction = 0
+        elif j == 1:
+            prediction = x[t - 1]
+        elif j == 2:
+            prediction = 2 * x[t - 1] - x[t - 2]
+        else:
+            prediction = 3 * (x[t - 1] - x[t - 2]) + x[t - 3]
+        x.append(int32(residual + prediction))
+    return x
+
+
+SHARES = [np.float32(0), np.float32(1), np.float32(0.5), np.float32(1) / np.float32(3), np.float32(0.25)]
+ROUNDER = np.float32(12582912)
+
+
+def decode_column(stream, contexts, predecessors):
+    choice, model = contexts.begin_run(stream, 2)
+    column = []
+    for places in predecessors:
+        for k in range(3):
+            prediction = 0
+            if choice == 1:
+                s = np.float32(sum(column[3 * place + k] for place in places))
+                prediction = int((s * SHARES[len(places)] + ROUNDER) - ROUNDER)
+            value = int32(prediction + stream.value(model))
+            need(abs(value) <= 2**21, "a level beyond the scale")
+            column.append(value)
+    return column
+
+
+def read_quantizer(reader):
+    low, step = reader.get("f"), reader.get("f")
+    need(math.isfinite(low) and math.isfinite(step) and step >= 0, "a quantiser out of range")
+    return low, step
+
+
+def dequantize(values, quantizer, bits):
+    low, step = quantizer
+    zero = 0 if step == 0 else math.floor(min(max((0 - low) / step + 0.5, 0), 2**bits))
+    levels = np.array(values, np.int64) + zero
+    need(np.all((levels >= 0) & (levels <= 2**bits)), "a level beyond the scale")
+    return np.float32(low) + levels.astype(np.float32) * np.float32(step)
+
+
+def local_frames(s, center, step):
+    """Rotations [F,3,3] and origins [F,3] of the nine series s[9][F]."""
+    rotation, rotations = np.eye(3), []
+    for u, w in zip(s[3:6].T, s[6:9].T):
+        normal = np.cross(u, w)
+        if u.any() and normal.any():
+            x, z = u / np.linalg.norm(u), normal / np.linalg.norm(normal)
+            rotation = np.array([x, np.cross(z, x), z])
+        rotations.append(rotation)
+    return np.array(rotations), center + step * (s[0:3] + 0.5 * s[3:6]).T
+
+
+def decode_clip(data, triangles, components=None):
+    """Positions [F,V,3], from the first `components` components."""
+    vertex_count, frame_count, sections = parse_clip(data)
+    reader = Reader(sections[1])
+    space, basis_bits, coefficient_bits, frame_bits = (reader.get("B") for _ in range(4))
+    asked, cluster_count = reader.varint(4096), reader.varint(min(65535, vertex_count))
+    center, e_max = np.array([reader.get("f") for _ in range(3)]), reader.get("f")
+    need(space <= 1 and 2 <= basis_bits <= 20 and 2 <= coefficient_bits <= 20 and 4 <= frame_bits <= 22, "bits")
+    need(asked and cluster_count and np.isfinite(center).all() and 0 <= e_max < math.inf, "parameters")
+    need(reader.left() == 0, "bytes left over")
+    local, clusters = space == 0, range(cluster_count)
+
+    need(all(0 <= v < vertex_count for t in triangles for v in t), "triangles of another clip")
+    need(vertex_count <= (8 * len(sections[2]) + 64) * 2840, "more vertices than the bytes can hold")
+    neighbours = neighbour_lists(triangles, vertex_count)
+    labels, seeds = decode_segmentation(sections[2], vertex_count, cluster_count, local, neighbours)
+    owner = list(labels)
+    for t in seeds:
+        for v in t:
+            owner[v] = NONE
+    members = [[] for _ in clusters]
+    for v, i in enumerate(owner):
+        if i != NONE:
+            members[i].append(v)
+    orders, predecessors = zip(*(traverse(members[i], owner, i, neighbours) for i in clusters))
+
+    paths = {}
+    if local:
+        for dealt, stream in open_streams(Reader(sections[3]), [9 * frame_count] * cluster_count):
+            contexts = Contexts()
+            for i in dealt:
+                paths[i] = np.array([decode_series(stream, contexts, frame_count) for _ in range(9)], np.float64)
+                need(np.abs(paths[i]).max() <= 4 * 2**frame_bits, "a seed triangle outside the lattice")
+            stream.finish()
+    else:
+        need(not sections[3], "frames in world space")
+
+    reader = Reader(sections[4])
+    coded, quantizers = [], []
+    for i in clusters:
+        coded.append(reader.varint(min(asked, 3 * len(orders[i]), frame_count)))
+        quantizers.append(read_quantizer(reader) if coded[i] else None)
+    used = coded if components is None else [min(components, count) for count in coded]
+    bases = [[] for _ in clusters]
+    for dealt, stream in open_streams(reader, [3 * len(orders[i]) * coded[i] for i in clusters]):
+        contexts = Contexts()
+        for component in range(max(used)):
+            for i in dealt:
+                if component < used[i]:
+                    column = decode_column(stream, contexts, predecessors[i])
+                    bases[i].append(dequantize(column, quantizers[i], basis_bits))
+        if used == coded:
+            stream.finish()
+
+    reader = Reader(sections[5])
+    quantizers = [read_quantizer(reader) if count else None for count in coded]
+    coefficients = [[] for _ in clusters]
+    for dealt, stream in open_streams(reader, [frame_count * count for count in coded]):
+        contexts = Contexts()
+        for component in range(max(used)):
+            for i in dealt:
+                if component < used[i]:
+                    row = decode_series(stream, contexts, frame_count)
+                    coefficients[i].append(dequantize(row, quantizers[i], coefficient_bits))
+        if used == coded:
+            stream.finish()
+
+    positions, step = np.zeros((frame_count, vertex_count, 3)), e_max / 2**frame_bits
+    for i in clusters:
+        rotations, origins = np.tile(np.eye(3), (frame_count, 1, 1)), np.tile(center, (frame_count, 1))
+        if local:
+            rotations, origins = local_frames(paths[i], center, step)
+        q = np.zeros((3 * len(orders[i]), frame_count))
+        if used[i]:
+            q = np.array(bases[i], np.float64).T @ np.array(coefficients[i], np.float64)
+        q = q.T.reshape(frame_count, len(orders[i]), 3)
+        positions[:, list(orders[i])] = q @ rotations + origins[:, None]  # a row times T is T transposed times a column
+    for i in reversed(range(len(seeds))):
+        p1 = paths[i][0:3]
+        for corner, levels in enumerate((p1, p1 + paths[i][3:6], p1 + paths[i][6:9])):
+            positions[:, seeds[i][corner]] = center + step * levels.T
+    return positions
+
+
+def decode_result(path, components=None):
+    """Positions [F,V,3] and triangles [T,3] of a result."""
+    with h5py.File(path, "r") as file:
+        triangles = []
+        if "connectivity" in file:
+            vertex_count, triangles = decode_connectivity(file["connectivity/bitstream"][()].tobytes())
+            need(vertex_count == file.attrs["vertex_count"], "vertices of another clip")
+        clips = [decode_clip(file["clips"][name]["bitstream"][()].tobytes(), triangles, components)
+                 for name in sorted(file["clips"], key=int)]
+    return np.concatenate(clips), np.array(triangles, np.int32).reshape(-1, 3)
+
+
+# Comparison with the program
+
+CASES = [
+    # name, synth kind, vertices, frames, job keys, --components of decode
+    ("jelly", "jelly", 300, 20, "segmentation: {clusters: 6}\ncodec: {components: 8}\n", None),
+    ("progressive", "jelly", 300, 20, "segmentation: {clusters: 6}\ncodec: {components: 8}\n", 3),
+    ("walker", "walker", 600, 60, "segmentation: {clusters: 20}\ncodec: {components: 10}\n", None),
+    ("clips", "flag", 400, 30, "clips: {length: 13}\nsegmentation: {clusters: 5}\ncodec: {basis_bits: 20}\n", None),
+    ("world", "walker", 300, 25, "segmentation: {clusters: 1}\ncodec: {space: world, components: 20}\n", None),
+    ("sparse", "flag", 500, 12, "segmentation: {clusters: 4}\ncodec: {components: 5}\n", None),
+    ("points", "jelly", 200, 15, "segmentation: {clusters: 4}\ncodec: {components: 5}\n", None),
+    ("still", "flag", 200, 1, "segmentation: {clusters: 3}\n", None),
+    ("streams", "jelly", 4000, 30, "segmentation: {clusters: 8}\ncodec: {components: 12}\n", None),
+]
+
+
+def shuffle_triangles(path):
+    """Triangles in any order, some turned over, one degenerate, one twice: every way to attach a triangle occurs."""
+    generator = np.random.default_rng(1)
+    with h5py.File(path, "r+") as file:
+        triangles = generator.permutation(file["triangles"][()])
+        triangles[::7] = triangles[::7, ::-1]
+        triangles[1] = triangles[0]
+        triangles[2, 1] = triangles[2, 0]
+        file["triangles"][...] = triangles
+
+
+def run(binary, folder, *arguments):
+    done = subprocess.run([binary, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=300)
+    need(done.returncode == 0, f"{arguments}: exit code {done.returncode}\n{done.stderr}")
+
+
+def compare(binary, folder, name, kind, vertices, frames, keys, components):
+    run(binary, folder, "synth", kind, "-o", f"{name}.h5", "--vertices", vertices, "--frames", frames)
+    if name == "points":
+        with h5py.File(folder / f"{name}.h5", "r+") as file:
+            del file["triangles"]
+    if name == "world":
+        shuffle_triangles(folder / f"{name}.h5")
+    if name == "sparse":  # so few triangles that vertices share slots
+        with h5py.File(folder / f"{name}.h5", "r+") as file:
+            triangles = file["triangles"][()][::9]
+            del file["triangles"]
+            file["triangles"] = triangles
+    (folder / f"{name}.yaml").write_text(f"batchenc: 1\ninput: {{file: {name}.h5}}\noutput: out/{name}.h5\n{keys}")
+    run(binary, folder, f"{name}.yaml")
+    further = [] if components is None else ["--components", components]
+    run(binary, folder, "decode", f"out/{name}.h5", "-o", f"decoded-{name}.h5", *further)
+    with h5py.File(folder / f"decoded-{name}.h5", "r") as file:
+        expected = file["positions"][()].astype(np.float64)
+        expected_triangles = file["triangles"][()] if "triangles" in file else np.zeros((0, 3), np.int32)
+    positions, triangles = decode_result(folder / "out" / f"{name}.h5", components)
+    need(np.array_equal(triangles, expected_triangles), f"{name}: the triangles differ")
+    need(positions.shape == expected.shape, f"{name}: {positions.shape} and {expected.shape}")
+    side = np.ptp(expected.reshape(-1, 3), axis=0).max()
+    difference = np.abs(positions - expected).max() / side
+    print(f"{name:<12} {len(triangles):>6} triangles alike, positions within {difference:.1e} of the largest side")
+    need(difference <= 1e-5, f"{name}: the positions differ")
+
+
+def main():
+    if len(sys.argv) == 3:
+        positions, triangles = decode_result(sys.argv[1])
+        with h5py.File(sys.argv[2], "w") as file:
+            file["positions"] = positions.astype(np.float32)
+            if len(triangles):
+                file["triangles"] = triangles
+        return
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    binary = Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory(prefix="batchenc-") as folder:
+        for case in CASES:
+            compare(binary, Path(folder), *case)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Corrupt as error:
+        sys.exit(f"independent_decoder.py: {error}")
