@@ -13,9 +13,10 @@ std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
 }
 
-constexpr std::size_t kPadding = 4;  // zeros behind a column, as predict_from_predecessors wants them
-constexpr std::int32_t kLargestLevel = std::int32_t{1}
-                                       << 21;  // bound of predict_from_predecessors; levels have 20 bits
+// What predict_from_predecessors wants: zeros behind a column, and levels within its bound (they have 20
+// bits).
+constexpr std::size_t kPadding = 4;
+constexpr std::int32_t kLargestLevel = std::int32_t{1} << 21;
 
 enum Predictor : std::int32_t { kPlain = 0, kMeanOfPredecessors = 1 };
 

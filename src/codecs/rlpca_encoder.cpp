@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <optional>
 
 #include "codecs/rlpca.h"
@@ -97,10 +96,12 @@ Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaH
     return coded;
 }
 
+using Streams = std::vector<std::vector<std::int32_t>>;
+
 /// Runs `code_stream` for each stream at once and joins what comes out: sizes, then bytes.
 template <typename CodeStream>
-void append_streams(ByteWriter& out, const std::vector<std::vector<std::int32_t>>& streams,
-                    const Executor& executor, CodeStream code_stream) {
+void append_streams(ByteWriter& out, const Streams& streams, const Executor& executor,
+                    CodeStream code_stream) {
     std::vector<std::vector<std::uint8_t>> bytes(streams.size());
     executor.for_each(static_cast<std::int64_t>(streams.size()), [&](std::int64_t s) {
         bytes[static_cast<std::size_t>(s)] = code_stream(streams[static_cast<std::size_t>(s)]);
@@ -109,18 +110,91 @@ void append_streams(ByteWriter& out, const std::vector<std::vector<std::int32_t>
     for (const auto& stream : bytes) out.put_bytes(stream);
 }
 
-std::int64_t largest_component_count(const std::vector<CodedCluster>& coded) {
+/// Calls code(cluster, component) for the clusters of one stream, components outermost, so that a decoder may
+/// stop after any of them.
+template <typename Code>
+void for_each_component(const std::vector<CodedCluster>& coded, const std::vector<std::int32_t>& clusters,
+                        Code code) {
     std::int64_t largest = 0;
-    for (const CodedCluster& cluster : coded) largest = std::max(largest, cluster.component_count);
-    return largest;
+    for (const std::int32_t i : clusters)
+        largest = std::max(largest, coded[static_cast<std::size_t>(i)].component_count);
+    for (std::int64_t l = 0; l < largest; ++l) {
+        for (const std::int32_t i : clusters) {
+            if (l < coded[static_cast<std::size_t>(i)].component_count)
+                code(static_cast<std::size_t>(i), static_cast<std::size_t>(l));
+        }
+    }
 }
 
-}  // namespace
+/// Part `index` of `count` equal parts.
+std::span<const std::int32_t> part_of(const std::vector<std::int32_t>& values, std::int64_t count,
+                                      std::size_t index) {
+    const std::size_t size = values.size() / static_cast<std::size_t>(count);
+    return std::span(values).subspan(index * size, size);
+}
 
-Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Triangle> triangles,
-                                   const Segmentation& segmentation, const CodecParameters& parameters,
-                                   const Executor& executor) {
-    const bool local = parameters.space == CoordinateSpace::kLocal;
+std::vector<std::uint8_t> frames_section(const std::vector<SeedTrianglePath>& paths, std::int64_t frame_count,
+                                         const Executor& executor) {
+    ByteWriter out;
+    const std::vector<std::int64_t> values(paths.size(), 9 * frame_count);
+    append_streams(out, deal_streams(values), executor, [&](const std::vector<std::int32_t>& clusters) {
+        RangeEncoder encoder;
+        SeriesContexts contexts;
+        for (const std::int32_t i : clusters) {
+            for (const auto& series : paths[static_cast<std::size_t>(i)].series)
+                encode_series(encoder, contexts, series);
+        }
+        return encoder.finish();
+    });
+    return out.take();
+}
+
+std::vector<std::uint8_t> basis_section(const std::vector<CodedCluster>& coded, const RlpcaLayout& layout,
+                                        const Executor& executor) {
+    ByteWriter out;
+    std::vector<std::int64_t> values;
+    for (const CodedCluster& cluster : coded) {
+        values.push_back(static_cast<std::int64_t>(cluster.basis.size()));
+        out.put_varint(static_cast<std::uint64_t>(cluster.component_count));
+        if (cluster.component_count == 0) continue;
+        out.put(cluster.basis_quantizer.low);
+        out.put(cluster.basis_quantizer.step);
+    }
+    append_streams(out, deal_streams(values), executor, [&](const std::vector<std::int32_t>& clusters) {
+        RangeEncoder encoder;
+        ScaleContexts contexts;
+        for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
+            encode_column(encoder, contexts, layout.clusters[i],
+                          part_of(coded[i].basis, coded[i].component_count, l));
+        });
+        return encoder.finish();
+    });
+    return out.take();
+}
+
+std::vector<std::uint8_t> coefficients_section(const std::vector<CodedCluster>& coded,
+                                               const Executor& executor) {
+    ByteWriter out;
+    std::vector<std::int64_t> values;
+    for (const CodedCluster& cluster : coded) {
+        values.push_back(static_cast<std::int64_t>(cluster.coefficients.size()));
+        if (cluster.component_count == 0) continue;
+        out.put(cluster.coefficient_quantizer.low);
+        out.put(cluster.coefficient_quantizer.step);
+    }
+    append_streams(out, deal_streams(values), executor, [&](const std::vector<std::int32_t>& clusters) {
+        RangeEncoder encoder;
+        SeriesContexts contexts;
+        for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
+            encode_series(encoder, contexts, part_of(coded[i].coefficients, coded[i].component_count, l));
+        });
+        return encoder.finish();
+    });
+    return out.take();
+}
+
+Expected<RlpcaHeader> make_header(PositionsView positions, const CodecParameters& parameters,
+                                  std::int32_t cluster_count) {
     const BoundingBox box = bounding_box(positions);
     RlpcaHeader header;
     header.space = parameters.space;
@@ -128,106 +202,55 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     header.coefficient_bits = parameters.coefficient_bits;
     header.frame_bits = parameters.frame_bits;
     header.components = parameters.components;
-    header.cluster_count = segmentation.cluster_count();
+    header.cluster_count = cluster_count;
     header.center = box.center();
     header.e_max = static_cast<float>(box.largest_side());
     if (!std::isfinite(header.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
+    return header;
+}
 
+}  // namespace
+
+Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Triangle> triangles,
+                                   const Segmentation& segmentation, const CodecParameters& parameters,
+                                   const Executor& executor) {
+    const auto made = make_header(positions, parameters, segmentation.cluster_count());
+    if (!made) return tl::unexpected(made.error());
+    const RlpcaHeader& header = *made;
+    const bool local = header.space == CoordinateSpace::kLocal;
     const std::span<const Triangle> seed_triangles =
         local ? std::span<const Triangle>(segmentation.seed_triangles) : std::span<const Triangle>();
     const RlpcaLayout layout(segmentation.labels, seed_triangles, header.cluster_count, triangles, executor);
-    const auto cluster_count = static_cast<std::size_t>(header.cluster_count);
 
     // Transform and quantise, a task a cluster.
     std::vector<SeedTrianglePath> paths(seed_triangles.size());
-    std::vector<CodedCluster> coded(cluster_count);
-    std::vector<std::optional<Error>> errors(cluster_count);
+    std::vector<CodedCluster> coded(layout.clusters.size());
+    std::vector<std::optional<Error>> errors(layout.clusters.size());
     executor.for_each(header.cluster_count, [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         if (local) paths[i] = path_of(positions, seed_triangles[i], header);
         const LocalFrameTrack track =
             local ? paths[i].track(header) : header.world_track(positions.frame_count());
-        const ColMajorMatrixXf matrix = local_coordinates(positions, layout.clusters[i], track);
-        auto result = code_cluster(matrix, header);
+        auto result = code_cluster(local_coordinates(positions, layout.clusters[i], track), header);
         if (result) {
             coded[i] = std::move(*result);
         } else {
             errors[i] = result.error();
         }
     });
-    for (std::size_t i = 0; i < cluster_count; ++i) {
+    for (std::size_t i = 0; i < errors.size(); ++i) {
         if (errors[i]) return fail_within("cluster " + std::to_string(i), *errors[i]);
     }
-
-    // Entropy coding, a task a stream; components outermost, so that a decoder may stop after any of them.
-    std::vector<std::int64_t> frame_values(paths.size(), 9 * positions.frame_count()), basis_values,
-        coefficient_values;
-    ByteWriter frames, basis, coefficients;
-    for (const CodedCluster& cluster : coded) {
-        basis_values.push_back(static_cast<std::int64_t>(cluster.basis.size()));
-        coefficient_values.push_back(static_cast<std::int64_t>(cluster.coefficients.size()));
-        basis.put_varint(static_cast<std::uint64_t>(cluster.component_count));
-        if (cluster.component_count == 0) continue;
-        basis.put(cluster.basis_quantizer.low);
-        basis.put(cluster.basis_quantizer.step);
-        coefficients.put(cluster.coefficient_quantizer.low);
-        coefficients.put(cluster.coefficient_quantizer.step);
-    }
-    const std::int64_t largest = largest_component_count(coded);
-    if (local) {
-        append_streams(frames, deal_streams(frame_values), executor,
-                       [&](const std::vector<std::int32_t>& clusters) {
-                           RangeEncoder encoder;
-                           SeriesContexts contexts;
-                           for (const std::int32_t i : clusters) {
-                               for (const auto& series : paths[static_cast<std::size_t>(i)].series)
-                                   encode_series(encoder, contexts, series);
-                           }
-                           return encoder.finish();
-                       });
-    }
-    append_streams(
-        basis, deal_streams(basis_values), executor, [&](const std::vector<std::int32_t>& clusters) {
-            RangeEncoder encoder;
-            ScaleContexts contexts;
-            for (std::int64_t l = 0; l < largest; ++l) {
-                for (const std::int32_t i : clusters) {
-                    const CodedCluster& cluster = coded[static_cast<std::size_t>(i)];
-                    if (l >= cluster.component_count) continue;
-                    const auto size =
-                        cluster.basis.size() / static_cast<std::size_t>(cluster.component_count);
-                    encode_column(encoder, contexts, layout.clusters[static_cast<std::size_t>(i)],
-                                  std::span(cluster.basis).subspan(static_cast<std::size_t>(l) * size, size));
-                }
-            }
-            return encoder.finish();
-        });
-    append_streams(
-        coefficients, deal_streams(coefficient_values), executor,
-        [&](const std::vector<std::int32_t>& clusters) {
-            RangeEncoder encoder;
-            SeriesContexts contexts;
-            const auto size = static_cast<std::size_t>(positions.frame_count());
-            for (std::int64_t l = 0; l < largest; ++l) {
-                for (const std::int32_t i : clusters) {
-                    const CodedCluster& cluster = coded[static_cast<std::size_t>(i)];
-                    if (l >= cluster.component_count) continue;
-                    encode_series(
-                        encoder, contexts,
-                        std::span(cluster.coefficients).subspan(static_cast<std::size_t>(l) * size, size));
-                }
-            }
-            return encoder.finish();
-        });
 
     std::vector<SectionPayload> sections;
     sections.emplace_back(SectionId::kParameters, header.write());
     sections.emplace_back(SectionId::kSegmentation, write_segmentation(segmentation.labels, seed_triangles,
                                                                        header.cluster_count, triangles));
-    sections.emplace_back(SectionId::kFrames, frames.take());
-    sections.emplace_back(SectionId::kBasis, basis.take());
-    sections.emplace_back(SectionId::kCoefficients, coefficients.take());
+    sections.emplace_back(SectionId::kFrames, local ? frames_section(paths, positions.frame_count(), executor)
+                                                    : std::vector<std::uint8_t>());
+    sections.emplace_back(SectionId::kBasis, basis_section(coded, layout, executor));
+    sections.emplace_back(SectionId::kCoefficients, coefficients_section(coded, executor));
     EncodedClip clip;
     clip.bitstream = write_clip_bitstream(CodecMethod::kRlpca, positions.vertex_count(),
                                           positions.frame_count(), sections);
