@@ -48,7 +48,7 @@ struct ClipInfo {
     std::int64_t vertex_count = 0;
     std::int64_t frame_count = 0;
     std::int32_t cluster_count = 0;
-    std::int32_t component_count = 0;  ///< largest number of components of any cluster
+    std::int32_t component_count = 0;  ///< asked for; clusters of lower rank have fewer
     CodecParameters parameters;        ///< as coded
     SectionBytes section_bytes;
 };

@@ -44,7 +44,8 @@ Expected<ConnectivityBitstream> write_connectivity_bitstream(std::span<const Tri
 }
 
 Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std::uint8_t> bytes,
-                                                            std::int64_t vertex_count) {
+                                                            std::int64_t vertex_count,
+                                                            std::int64_t max_triangle_count) {
     if (bytes.size() < kMagic.size() || !std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) {
         return fail(ErrorCode::kFormat, "does not begin with BENM", kWhere);
     }
@@ -88,6 +89,12 @@ Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std:
     if (!payload) return within(payload.error());
     if (reader.remaining() != 0) {
         return fail(ErrorCode::kCorrupt, std::to_string(reader.remaining()) + " bytes too many", kWhere);
+    }
+    if (*triangle_count > static_cast<std::uint64_t>(max_triangle_count)) {
+        return fail(ErrorCode::kCorrupt,
+                    "holds " + std::to_string(*triangle_count) + " triangles where at most " +
+                        std::to_string(max_triangle_count) + " are expected",
+                    kWhere);
     }
     auto triangles = decode_connectivity(*payload, static_cast<std::int64_t>(*triangle_count), vertex_count);
     if (!triangles) return within(triangles.error());

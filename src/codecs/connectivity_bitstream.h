@@ -20,10 +20,12 @@ struct ConnectivityBitstream {
 Expected<ConnectivityBitstream> write_connectivity_bitstream(std::span<const Triangle> triangles,
                                                              std::int64_t vertex_count);
 
-/// Triangles of a connectivity bitstream for `vertex_count` vertices.
-/// Errors: kFormat (no such stream), kUnsupported (version, coder), kCorrupt (checksum, sizes, indices,
-/// another vertex count), kOutOfMemory.
+/// Triangles of a connectivity bitstream for `vertex_count` vertices. max_triangle_count: more are refused
+/// before anything is allocated for them, because a few bytes can stand for many triangles. Errors: kFormat
+/// (no such stream), kUnsupported (version, coder), kCorrupt (checksum, sizes, indices, another vertex
+/// count), kOutOfMemory.
 Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std::uint8_t> bytes,
-                                                            std::int64_t vertex_count);
+                                                            std::int64_t vertex_count,
+                                                            std::int64_t max_triangle_count);
 
 }  // namespace batchenc

@@ -11,13 +11,15 @@
 namespace batchenc {
 namespace {
 
-Expected<MinMaxQuantizer> read_quantizer(ByteReader& reader) {
+Expected<MinMaxQuantizer> read_quantizer(ByteReader& reader, int bits) {
     const auto low = reader.get<float>();
     const auto step = reader.get<float>();
     if (!low || !step) return fail(ErrorCode::kCorrupt, "the table of quantisers ends too early");
-    if (!std::isfinite(*low) || !std::isfinite(*step) || *step < 0.0f)
-        return fail(ErrorCode::kCorrupt, "a quantiser is not finite");
-    return MinMaxQuantizer{*low, *step};
+    const MinMaxQuantizer quantizer{*low, *step};
+    const bool finite = std::isfinite(*low) && std::isfinite(*step) &&
+                        std::isfinite(quantizer.dequantize(std::int32_t{1} << bits));
+    if (!finite || *step < 0.0f) return fail(ErrorCode::kCorrupt, "a quantiser is not finite");
+    return quantizer;
 }
 
 /// Sizes, then bytes, of `count` streams; checked against the section, and their values against what the
@@ -215,7 +217,7 @@ Expected<void> RlpcaClip::decode_basis(std::span<const std::uint8_t> payload, st
         largest = std::max(largest, used_components_[i]);
         total += rows * used_components_[i];
         if (*count == 0) continue;
-        const auto quantizer = read_quantizer(reader);
+        const auto quantizer = read_quantizer(reader, header_.basis_bits);
         if (!quantizer) return tl::unexpected(quantizer.error());
         quantizers[i] = *quantizer;
     }
@@ -266,7 +268,7 @@ Expected<void> RlpcaClip::decode_coefficients(std::span<const std::uint8_t> payl
         largest = std::max(largest, used_components_[i]);
         total += used_components_[i] * stride();
         if (coded_components_[i] == 0) continue;
-        const auto quantizer = read_quantizer(reader);
+        const auto quantizer = read_quantizer(reader, header_.coefficient_bits);
         if (!quantizer) return tl::unexpected(quantizer.error());
         quantizers[i] = *quantizer;
     }

@@ -76,6 +76,12 @@ std::vector<std::int32_t> quantize_in_place(std::span<float> values, const MinMa
     return levels;
 }
 
+tl::unexpected<Error> beyond_float32() {
+    return fail(
+        ErrorCode::kLimit,
+        "its coordinates are too large or too small for float32 to carry their products; scale the clip");
+}
+
 Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaHeader& header) {
     CodedCluster coded;
     if (matrix.size() == 0) return coded;
@@ -86,12 +92,14 @@ Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaH
     if (coded.component_count == 0) return coded;
     const std::span<float> basis(svd->basis.data(), static_cast<std::size_t>(svd->basis.size()));
     coded.basis_quantizer = MinMaxQuantizer::of(basis, header.basis_bits);
+    if (!coded.basis_quantizer.holds(basis, header.basis_bits)) return beyond_float32();
     coded.basis = quantize_in_place(basis, coded.basis_quantizer, header.basis_bits);
     // Coefficients against the decoded basis: what its quantisation has bent is made up for as far as it can
     // be.
     RowMajorMatrixXf coefficients = least_squares_coefficients(svd->basis, matrix);
     const std::span<float> values(coefficients.data(), static_cast<std::size_t>(coefficients.size()));
     coded.coefficient_quantizer = MinMaxQuantizer::of(values, header.coefficient_bits);
+    if (!coded.coefficient_quantizer.holds(values, header.coefficient_bits)) return beyond_float32();
     coded.coefficients = quantize_in_place(values, coded.coefficient_quantizer, header.coefficient_bits);
     return coded;
 }

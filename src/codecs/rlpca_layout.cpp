@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <queue>
 
 #include "kernels/byte_stream.h"
 
@@ -144,12 +146,15 @@ std::vector<std::vector<std::int32_t>> deal_streams(std::span<const std::int64_t
                values_of_cluster[static_cast<std::size_t>(b)];
     });
     std::vector<std::vector<std::int32_t>> streams(count);
-    std::vector<std::int64_t> load(count, 0);
+    using Load = std::pair<std::int64_t, std::size_t>;  // values dealt so far, stream: the least loaded, then
+                                                        // the first, on top
+    std::priority_queue<Load, std::vector<Load>, std::greater<>> loads;
+    for (std::size_t stream = 0; stream < count; ++stream) loads.emplace(0, stream);
     for (const std::int32_t i : by_size) {
-        const auto least =
-            static_cast<std::size_t>(std::min_element(load.begin(), load.end()) - load.begin());
-        streams[least].push_back(i);
-        load[least] += values_of_cluster[static_cast<std::size_t>(i)];
+        const auto [load, stream] = loads.top();
+        loads.pop();
+        streams[stream].push_back(i);
+        loads.emplace(load + values_of_cluster[static_cast<std::size_t>(i)], stream);
     }
     return streams;
 }

@@ -38,7 +38,7 @@ Expected<Segmentation> segment_clip(PositionsView positions, std::span<const Tri
     if (auto valid = check_parameters(parameters); !valid) return tl::unexpected(valid.error());
     const std::int64_t vertex_count = positions.vertex_count();
     const std::vector<std::int32_t> seeds = farthest_point_seeds(positions.frames(0, 1), parameters.clusters);
-    const std::vector<SeedTriangle> chosen = choose_seed_triangles(positions, triangles, seeds);
+    const std::vector<SeedTriangle> chosen = choose_seed_triangles(positions, triangles, seeds, executor);
 
     Segmentation segmentation;
     segmentation.labels.resize(static_cast<std::size_t>(vertex_count));
@@ -52,8 +52,9 @@ Expected<Segmentation> segment_clip(PositionsView positions, std::span<const Tri
         segmentation.seed_triangles.push_back(chosen[i].vertices);
         tracks.push_back(track_of(positions, chosen[i].vertices));
         if (chosen[i].degenerate) {
-            segmentation.notes.push_back("cluster " + std::to_string(i) +
-                                         " has no triangle that keeps an area; its axes stand still");
+            segmentation.notes.push_back(
+                "cluster " + std::to_string(i) +
+                " has no triangle that keeps an area; its axes stand still while there is none");
         } else if (chosen[i].replaced) {
             segmentation.notes.push_back("cluster " + std::to_string(i) +
                                          " takes its seed triangle from elsewhere: those at vertex " +

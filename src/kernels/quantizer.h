@@ -14,6 +14,10 @@ struct MinMaxQuantizer {
     /// values: at least one, finite. bits: 2 … 24.
     static MinMaxQuantizer of(std::span<const float> values, int bits);
 
+    /// Whether float32 carries the whole scale: no end of it overflows, and the step of a range that is not
+    /// empty is not lost. values: those that the quantiser was made of; all finite, or the answer is no.
+    bool holds(std::span<const float> values, int bits) const;
+
     /// Level that stands for zero, or the end of the scale that is nearest to it. Levels are coded relative
     /// to it, so that values around zero become small integers.
     std::int32_t zero_level(int bits) const;

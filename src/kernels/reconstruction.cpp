@@ -22,18 +22,18 @@ void block_to_world(D d, const float* HWY_RESTRICT basis, std::int64_t component
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
     Vector q[kPackedRows];
     for (Vector& value : q) value = hn::Zero(d);
-    const float* c = cluster.coefficients + frame;
+    const float* c = components > 0 ? cluster.coefficients + frame : nullptr;
     for (std::int64_t l = 0; l < components; ++l, basis += kPackedRows, c += cluster.stride) {
         const Vector coefficient = hn::LoadU(d, c);
         for (std::int64_t r = 0; r < kPackedRows; ++r)
-            q[r] = hn::MulAdd(hn::Set(d, basis[r]), coefficient, q[r]);
+            q[r] = hn::Add(q[r], hn::Mul(hn::Set(d, basis[r]), coefficient));
     }
     const auto track = [&](int k) { return hn::LoadU(d, cluster.frame_track + k * cluster.stride + frame); };
     for (int axis = 0; axis < 3; ++axis) {  // p = Tᵀ q + o
         const Vector tx = track(axis), ty = track(3 + axis), tz = track(6 + axis), o = track(9 + axis);
         for (int v = 0; v < 4; ++v) {
-            const Vector p =
-                hn::MulAdd(tx, q[3 * v], hn::MulAdd(ty, q[3 * v + 1], hn::MulAdd(tz, q[3 * v + 2], o)));
+            const Vector xy = hn::Add(hn::Mul(tx, q[3 * v]), hn::Mul(ty, q[3 * v + 1]));
+            const Vector p = hn::Add(hn::Add(xy, hn::Mul(tz, q[3 * v + 2])), o);
             hn::StoreU(p, d, world + (3 * v + axis) * lanes);
         }
     }

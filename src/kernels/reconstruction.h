@@ -42,8 +42,9 @@ struct ClusterGeometry {
 
 /// Reconstructs frames [begin, begin + count) of one cluster: p = Tᵀ (basis × coefficients) + o, scattered to
 /// the vertices' places. begin: a multiple of kFrameLanes. count: 1 … kFrameLanes. out: frame `begin` of V ×
-/// 3 floats, further frames `frame_stride` floats apart. SIMD with run-time dispatch; products may be fused,
-/// so results differ between CPUs in the last digit.
+/// 3 floats, further frames `frame_stride` floats apart.
+/// SIMD with run-time dispatch. Products are not fused and sums run in the order of the components, so that
+/// every CPU gives the same bits: what an encoder has verified is what every decoder shows.
 void reconstruct_cluster(const ClusterGeometry& cluster, std::int64_t begin, std::int64_t count, float* out,
                          std::int64_t frame_stride);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "kernels/bounding_box.h"
 
@@ -74,22 +75,39 @@ Candidate best_of_points(PositionsView positions, std::int32_t seed) {
     return best;
 }
 
-/// Usable triangle nearest to the seed in the first frame; area stays below zero where no triangle is usable.
-Candidate nearest_usable(PositionsView positions, std::span<const Triangle> triangles, std::int32_t seed,
-                         double usable) {
+/// The triangles that stay usable in every frame. Over all of them and all frames, so it is done once and
+/// with every thread.
+std::vector<Triangle> usable_triangles(PositionsView positions, std::span<const Triangle> triangles,
+                                       double usable, const Executor& executor) {
+    constexpr std::int64_t kBlock = 1024;
+    const auto count = static_cast<std::int64_t>(triangles.size());
+    std::vector<std::vector<Triangle>> found(static_cast<std::size_t>((count + kBlock - 1) / kBlock));
+    executor.for_each(static_cast<std::int64_t>(found.size()), [&](std::int64_t block) {
+        for (std::int64_t t = block * kBlock; t < std::min(count, (block + 1) * kBlock); ++t) {
+            const Triangle& triangle = triangles[static_cast<std::size_t>(t)];
+            if (smallest_area(positions, triangle, usable) > usable)
+                found[static_cast<std::size_t>(block)].push_back(triangle);
+        }
+    });
+    std::vector<Triangle> all;
+    for (const auto& block : found) all.insert(all.end(), block.begin(), block.end());
+    return all;
+}
+
+/// Of these triangles the one nearest to the seed in the first frame; of two the first.
+Candidate nearest_of(PositionsView positions, std::span<const Triangle> triangles, std::int32_t seed) {
     Candidate best;
     double best_distance = std::numeric_limits<double>::infinity();
     for (const Triangle& t : triangles) {
         double distance = std::numeric_limits<double>::infinity();
         for (const std::int32_t v : t)
             distance = std::min(distance, squared_distance(positions.at(0, v), positions.at(0, seed)));
-        if (distance >= best_distance) continue;
-        const double area = smallest_area(positions, t, usable);
-        if (area > usable) {
-            best = {t, area};
+        if (distance < best_distance) {
+            best.triangle = t;
             best_distance = distance;
         }
     }
+    if (!triangles.empty()) best.area = smallest_area(positions, best.triangle, 0.0);
     return best;
 }
 
@@ -124,7 +142,8 @@ std::vector<std::int32_t> farthest_point_seeds(PositionsView frame, std::int32_t
 }
 
 std::vector<SeedTriangle> choose_seed_triangles(PositionsView positions, std::span<const Triangle> triangles,
-                                                std::span<const std::int32_t> seeds) {
+                                                std::span<const std::int32_t> seeds,
+                                                const Executor& executor) {
     const double side = bounding_box(positions).largest_side();
     const double usable = 4.0 * (1e-10 * side * side) * (1e-10 * side * side);  // in squared doubled areas
 
@@ -140,10 +159,13 @@ std::vector<SeedTriangle> choose_seed_triangles(PositionsView positions, std::sp
         }
     }
     std::vector<SeedTriangle> chosen(seeds.size());
+    std::optional<std::vector<Triangle>> elsewhere;
     for (std::size_t i = 0; i < seeds.size(); ++i) {
         if (!(best[i].area > usable)) {
+            if (!triangles.empty() && !elsewhere)
+                elsewhere = usable_triangles(positions, triangles, usable, executor);
             Candidate other = triangles.empty() ? best_of_points(positions, seeds[i])
-                                                : nearest_usable(positions, triangles, seeds[i], usable);
+                                                : nearest_of(positions, *elsewhere, seeds[i]);
             if (other.area < 0.0 && best[i].area < 0.0)
                 other = best_of_points(positions, seeds[i]);  // isolated seed
             if (other.area > best[i].area || best[i].area < 0.0) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/executor.h"
 #include "core/mesh_sequence.h"
 
 namespace batchenc {
@@ -20,8 +21,9 @@ std::vector<std::int32_t> farthest_point_seeds(PositionsView frame, std::int32_t
 /// triangles.
 struct SeedTriangle {
     Triangle vertices;
-    bool replaced = false;    ///< every triangle at the seed collapses in some frame, or the seed has none
-    bool degenerate = false;  ///< no usable triangle exists at all; the LCF keeps its first rotation
+    bool replaced = false;  ///< every triangle at the seed collapses in some frame, or the seed has none
+    bool degenerate =
+        false;  ///< no triangle is usable in every frame; the LCF keeps its rotation while there is no area
 };
 
 /// For each seed the incident triangle whose smallest area over time is largest; where all of them collapse
@@ -32,6 +34,7 @@ struct SeedTriangle {
 ///
 /// positions: F × V. triangles: may be empty. seeds: vertex indices.
 std::vector<SeedTriangle> choose_seed_triangles(PositionsView positions, std::span<const Triangle> triangles,
-                                                std::span<const std::int32_t> seeds);
+                                                std::span<const std::int32_t> seeds,
+                                                const Executor& executor);
 
 }  // namespace batchenc

@@ -77,7 +77,8 @@ Expected<void> JobRun::code_connectivity() {
     if (triangles_.empty()) return {};
     auto connectivity = write_connectivity_bitstream(triangles_, plan_.header.vertex_count);
     if (!connectivity) return tl::unexpected(connectivity.error());
-    auto decoded = read_connectivity_bitstream(connectivity->bytes, plan_.header.vertex_count);
+    auto decoded = read_connectivity_bitstream(connectivity->bytes, plan_.header.vertex_count,
+                                               plan_.header.triangle_count);
     if (!decoded) return fail_within("decoding the connectivity just coded", decoded.error());
     if (*decoded != triangles_)
         return fail(ErrorCode::kVerification, "the decoded connectivity differs from the source's");
@@ -156,8 +157,11 @@ Expected<void> JobRun::write(ClipInFlight& clip) {
 Expected<void> JobRun::finish() {
     // encode_time_s: from the first clip's read to the last clip's write, other jobs' clips in between
     // included. decode_time_s: entropy decoding and reconstruction of all clips, each clip's own wall time.
-    metrics_ = make_result_metrics(bytes_, meter_->finish(), plan_.header.vertex_count,
-                                   plan_.header.frame_count, since_first_read_.seconds(), decode_time_s_);
+    const ErrorMetrics errors = meter_->finish();
+    if (!std::isfinite(errors.rmse))
+        return fail(ErrorCode::kVerification, "the decoded clip holds NaN or Inf");
+    metrics_ = make_result_metrics(bytes_, errors, plan_.header.vertex_count, plan_.header.frame_count,
+                                   since_first_read_.seconds(), decode_time_s_);
     return writer_->finish(metrics_);
 }
 

@@ -117,10 +117,17 @@ std::int64_t clip_memory_bytes(const JobPlan& plan) {
     // Source, decoded, and what segmentation and coding hold at their peak, which is counted as one more copy
     // of the clip. Measured: 2.3 copies (20 clusters, 20000 vertices, 600 frames).
     const std::int64_t clip = 3 * 12 * vertices * plan.clip_length;
+    // LCFs, seed triangles and coefficients of every cluster over time, and the double-precision copy that
+    // the SVD of a cluster makes, of which one a thread lives; with few clusters that is the clip again,
+    // twice as wide.
+    const std::int64_t clusters = std::min<std::int64_t>(plan.job.segmentation.clusters, vertices);
+    const std::int64_t tables =
+        (96 + 8 * std::int64_t{std::min(plan.job.codec.components, 64)}) * clusters * plan.clip_length;
+    const std::int64_t svd = clusters < 8 ? 2 * 12 * vertices * plan.clip_length : 0;
     // Triangles, their neighbours and the connectivity bitstream; sums of the error meter and labels a
     // vertex.
     const std::int64_t job = 64 * plan.header.triangle_count + 160 * vertices + 80 * plan.header.frame_count;
-    return clip + job;
+    return clip + tables + svd + job;
 }
 
 int choose_tokens(const std::vector<JobPlan>& plans, std::int64_t memory_bytes, int threads) {

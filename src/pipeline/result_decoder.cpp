@@ -27,7 +27,15 @@ Expected<ResultDecoder> ResultDecoder::open(const std::filesystem::path& path, s
     auto bitstream = decoder.reader_->read_connectivity();
     if (!bitstream) return tl::unexpected(bitstream.error());
     if (!bitstream->empty()) {
-        auto triangles = read_connectivity_bitstream(*bitstream, header.vertex_count);
+        constexpr std::int64_t kBytesPerTriangle =
+            48;  // the triangle, its neighbours, and what decoding keeps
+        if (header.triangle_count > memory_bytes / kBytesPerTriangle) {
+            return fail(
+                ErrorCode::kLimit,
+                std::to_string(header.triangle_count) + " triangles need more memory than --memory allows",
+                where);
+        }
+        auto triangles = read_connectivity_bitstream(*bitstream, header.vertex_count, header.triangle_count);
         if (!triangles) return fail_within(where, triangles.error());
         decoder.triangles_ = std::move(*triangles);
     }

@@ -16,8 +16,11 @@ namespace {
 
 constexpr double kTolerance = 1e-6;  // of the larger of two figures
 
+/// Two NaN agree, because da, kg and the relative error are undefined for some clips; an infinity agrees with
+/// nothing.
 bool nearly_equal(double a, double b) {
     if (std::isnan(a) || std::isnan(b)) return std::isnan(a) && std::isnan(b);
+    if (std::isinf(a) || std::isinf(b)) return false;
     return std::abs(a - b) <= kTolerance * std::max(std::abs(a), std::abs(b));
 }
 
@@ -96,6 +99,8 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
     if (!bits) return tl::unexpected(bits.error());
 
     const ErrorMetrics errors = meter.finish();
+    if (!std::isfinite(errors.rmse))
+        return fail(ErrorCode::kVerification, "the decoded clip holds NaN or Inf", result.string());
     const auto& recorded = decoder->reader().metrics().values;
     const auto compare = [&](const char* name, double measured) {
         const auto found = recorded.find(name);

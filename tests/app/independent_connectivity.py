@@ -145,7 +145,7 @@ def decode_connectivity(data):
     need(reader.get("B") == 1, "an unknown connectivity coder")
     vertex_count, triangle_count = reader.varint(2**31 - 1), reader.varint(2**63 - 1)
     stream = reader.take(reader.varint(len(data)))
-    need(reader.left() == 0 and 2 * triangle_count <= (8 * len(stream) + 64) * 2840, "impossible sizes")
+    need(reader.left() == 0 and 2 * triangle_count <= (8 * len(stream) + 64) * 3024, "impossible sizes")
     decoder = ConnectivityDecoder(Stream(stream), vertex_count, triangle_count)
     triangles = [decoder.triangle() for _ in range(triangle_count)]
     decoder.stream.finish()

@@ -118,7 +118,7 @@ def open_streams(reader, sizes):
     parts = [reader.take(length) for length in lengths]
     need(reader.left() == 0, "bytes left over")
     for clusters, part in zip(dealt, parts):
-        need(sum(sizes[i] for i in clusters) <= (8 * len(part) + 64) * 2840, "more values than the bytes can hold")
+        need(sum(sizes[i] for i in clusters) <= (8 * len(part) + 64) * 3024, "more values than the bytes can hold")
     return [(clusters, Stream(part)) for clusters, part in zip(dealt, parts)]
 
 
@@ -216,7 +216,7 @@ def decode_clip(data, triangles, components=None):
     local, clusters = space == 0, range(cluster_count)
 
     need(all(0 <= v < vertex_count for t in triangles for v in t), "triangles of another clip")
-    need(vertex_count <= (8 * len(sections[2]) + 64) * 2840, "more vertices than the bytes can hold")
+    need(vertex_count <= (8 * len(sections[2]) + 64) * 3024, "more vertices than the bytes can hold")
     neighbours = neighbour_lists(triangles, vertex_count)
     labels, seeds = decode_segmentation(sections[2], vertex_count, cluster_count, local, neighbours)
     owner = list(labels)

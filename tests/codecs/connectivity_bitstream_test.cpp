@@ -13,6 +13,8 @@
 namespace batchenc {
 namespace {
 
+constexpr std::int64_t kAnyTriangleCount = std::int64_t{1} << 40;
+
 struct Mesh {
     std::string name;
     std::int64_t vertex_count;
@@ -49,7 +51,7 @@ std::vector<std::uint8_t> written(const Mesh& mesh) {
 }
 
 ErrorCode error_of(const std::vector<std::uint8_t>& bytes, std::int64_t vertex_count) {
-    const auto result = read_connectivity_bitstream(bytes, vertex_count);
+    const auto result = read_connectivity_bitstream(bytes, vertex_count, kAnyTriangleCount);
     if (result) return ErrorCode{};
     EXPECT_FALSE(result.error().where.empty());
     return result.error().code;
@@ -76,7 +78,7 @@ ByteWriter header(std::uint8_t coder, std::uint64_t vertex_count, std::uint64_t 
 TEST(ConnectivityBitstream, RoundTrips) {
     for (const Mesh& mesh : meshes()) {
         const auto bytes = written(mesh);
-        const auto triangles = read_connectivity_bitstream(bytes, mesh.vertex_count);
+        const auto triangles = read_connectivity_bitstream(bytes, mesh.vertex_count, kAnyTriangleCount);
         ASSERT_TRUE(triangles) << mesh.name << ": " << triangles.error().to_string();
         EXPECT_EQ(*triangles, mesh.triangles) << mesh.name;
         EXPECT_EQ(written({mesh.name, mesh.vertex_count, *triangles}), bytes) << mesh.name;
@@ -112,7 +114,8 @@ TEST(ConnectivityBitstream, RejectsEveryTruncation) {
         for (std::size_t size = 0; size < bytes.size(); ++size) {
             const auto cut = std::make_unique<std::uint8_t[]>(size);
             std::copy_n(bytes.begin(), size, cut.get());
-            const auto result = read_connectivity_bitstream({cut.get(), size}, mesh.vertex_count);
+            const auto result =
+                read_connectivity_bitstream({cut.get(), size}, mesh.vertex_count, kAnyTriangleCount);
             ASSERT_FALSE(result) << mesh.name << " " << size;
             ASSERT_EQ(result.error().code, size < 4 ? ErrorCode::kFormat : ErrorCode::kCorrupt);
         }
@@ -187,13 +190,24 @@ TEST(ConnectivityBitstream, SurvivesDamageUnderAMatchingChecksum) {
             content[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
             ByteWriter damaged;
             damaged.put_bytes(content);
-            const auto result = read_connectivity_bitstream(sealed(damaged), mesh.vertex_count);
+            const auto result =
+                read_connectivity_bitstream(sealed(damaged), mesh.vertex_count, kAnyTriangleCount);
             if (!result) continue;
             for (const Triangle& t : *result) {
                 for (const std::int32_t v : t) ASSERT_TRUE(v >= 0 && v < mesh.vertex_count);
             }
         }
     }
+}
+
+TEST(ConnectivityBitstream, RefusesMoreTrianglesThanExpected) {
+    const std::vector<Triangle> triangles(1000, Triangle{0, 1, 2});
+    const auto written = write_connectivity_bitstream(triangles, 3);
+    ASSERT_TRUE(written);
+    EXPECT_TRUE(read_connectivity_bitstream(written->bytes, 3, 1000));
+    const auto refused = read_connectivity_bitstream(written->bytes, 3, 999);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kCorrupt);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "kernels/bounding_box.h"
 #include "kernels/crc32c.h"
 #include "tests/support/sample_clips.h"
+#include "tests/support/thread_executor.h"
 
 namespace batchenc {
 namespace {
@@ -101,6 +102,44 @@ TEST(Rlpca, SameBytesForAnyExecutor) {
         ASSERT_EQ(encode(clip, setting, shuffled).bitstream, expected.bitstream) << "seed " << seed;
         ASSERT_EQ(decode(clip, expected.bitstream, -1, shuffled).positions, decoded.positions)
             << "seed " << seed;
+    }
+}
+
+TEST(Rlpca, SameBytesOnSeveralThreads) {
+    const MeshSequence clip = test::sheet(60, 40, 30);
+    const Setting setting = {12, 20, 12, CoordinateSpace::kLocal};
+    const EncodedClip expected = encode(clip, setting);
+    const MeshSequence decoded = decode(clip, expected.bitstream);
+    for (const int threads : {2, 4}) {
+        const test::ThreadExecutor executor(threads);
+        EXPECT_EQ(encode(clip, setting, executor).bitstream, expected.bitstream);
+        EXPECT_EQ(decode(clip, expected.bitstream, -1, executor).positions, decoded.positions);
+    }
+}
+
+// Sizes that float32 holds, but not their squares or sums: refused, never written as if it were well.
+TEST(Rlpca, RefusesWhatFloat32CannotCarry) {
+    for (const double size : {1e-44, 1e-30, 1e-12, 1e12, 1e18, 1e30, 1e37, 1.6e38}) {
+        const MeshSequence clip = test::sheet(8, 8, 12, [size](const std::array<double, 3>& p, double time) {
+            const auto q = test::bend(p, time);
+            return std::array<double, 3>{0.2 * size * q[0], 0.2 * size * q[1], 0.2 * size * q[2]};
+        });
+        for (const auto space : {CoordinateSpace::kLocal, CoordinateSpace::kWorld}) {
+            SegmentationParameters one;
+            one.clusters = 1;
+            const auto segmentation = segment_clip(clip.view(), clip.triangles, one, kSerial);
+            ASSERT_TRUE(segmentation);
+            const auto encoded = encode_clip(clip.view(), clip.triangles, *segmentation,
+                                             parameters_of({1, 12, 14, space}), kSerial);
+            if (!encoded) {
+                EXPECT_EQ(encoded.error().code, ErrorCode::kLimit)
+                    << size << ": " << encoded.error().to_string();
+                EXPECT_TRUE(size < 1e-20 || size > 1e20) << size;
+                continue;
+            }
+            const double error = test::largest_distance(clip.view(), decode(clip, encoded->bitstream).view());
+            EXPECT_LE(error, 0.02 * bounding_box(clip.view()).largest_side()) << size;
+        }
     }
 }
 

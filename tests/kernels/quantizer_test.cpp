@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace batchenc {
@@ -37,6 +38,18 @@ TEST(MinMaxQuantizer, EqualValuesNeedNoLevels) {
     const auto quantizer = MinMaxQuantizer::of(values, 12);
     EXPECT_EQ(quantizer.step, 0.0f);
     EXPECT_EQ(quantizer.dequantize(quantizer.quantize(42.0f, 12)), 42.0f);
+}
+
+TEST(MinMaxQuantizer, SaysWhatItCannotHold) {
+    const auto holds = [](std::vector<float> values) {
+        return MinMaxQuantizer::of(values, 12).holds(values, 12);
+    };
+    EXPECT_TRUE(holds({-1.0f, 2.0f}));
+    EXPECT_TRUE(holds({7.0f, 7.0f}));
+    EXPECT_TRUE(holds({-1e38f, 1e38f}));
+    EXPECT_FALSE(holds({-3.4e38f, 3.4e38f})) << "the range overflows";
+    EXPECT_FALSE(holds({0.0f, 1e-45f})) << "the step is lost";
+    EXPECT_FALSE(holds({0.0f, std::numeric_limits<float>::infinity()}));
 }
 
 TEST(MinMaxQuantizer, ZeroOutsideTheRangeTakesTheNearestEnd) {

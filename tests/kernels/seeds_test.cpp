@@ -40,7 +40,7 @@ TEST(SeedTriangle, TakesTheLargestSmallestArea) {
                                   0, 0, 0, 4, 0, 0, 8, 0, 0, -1, 0, 0, 0, -1, 0};
     const std::vector<Triangle> triangles = {{0, 1, 2}, {0, 3, 4}};
     const std::vector<std::int32_t> seeds = {0};
-    const auto chosen = choose_seed_triangles({p.data(), 2, 5}, triangles, seeds);
+    const auto chosen = choose_seed_triangles({p.data(), 2, 5}, triangles, seeds, SerialExecutor());
     EXPECT_EQ(chosen[0].vertices, (Triangle{0, 3, 4}));
     EXPECT_FALSE(chosen[0].replaced);
     EXPECT_FALSE(chosen[0].degenerate);
@@ -52,7 +52,7 @@ TEST(SeedTriangle, LooksElsewhereWhenAllCollapse) {
         0, 0, 0, 4, 0, 0, 8, 0, 0, 5, 5, 0, 6, 5, 0, 5, 6, 0, 90, 90, 0, 99, 90, 0, 90, 99, 0};
     const std::vector<Triangle> triangles = {{0, 1, 2}, {6, 7, 8}, {3, 4, 5}};
     const std::vector<std::int32_t> seeds = {0};
-    const auto chosen = choose_seed_triangles({p.data(), 2, 9}, triangles, seeds);
+    const auto chosen = choose_seed_triangles({p.data(), 2, 9}, triangles, seeds, SerialExecutor());
     EXPECT_EQ(chosen[0].vertices, (Triangle{3, 4, 5})) << "the usable triangle nearest to vertex 0";
     EXPECT_TRUE(chosen[0].replaced);
 }
@@ -61,13 +61,13 @@ TEST(SeedTriangle, SaysWhenNothingIsUsable) {
     const std::vector<float> p = {0, 0, 0, 1, 0, 0, 2, 0, 0};
     const std::vector<Triangle> triangles = {{0, 1, 2}};
     const std::vector<std::int32_t> seeds = {0};
-    EXPECT_TRUE(choose_seed_triangles({p.data(), 1, 3}, triangles, seeds)[0].degenerate);
+    EXPECT_TRUE(choose_seed_triangles({p.data(), 1, 3}, triangles, seeds, SerialExecutor())[0].degenerate);
 }
 
 TEST(SeedTriangle, PointsTakeTheBestOfTheirNeighbours) {
     const std::vector<float> p = {0, 0, 0, 1, 0, 0, 2, 0.01f, 0, 0, 1.5f, 0};
     const std::vector<std::int32_t> seeds = {0};
-    const auto chosen = choose_seed_triangles({p.data(), 1, 4}, {}, seeds);
+    const auto chosen = choose_seed_triangles({p.data(), 1, 4}, {}, seeds, SerialExecutor());
     EXPECT_EQ(chosen[0].vertices, (Triangle{0, 3, 2})) << "the largest area: base 2, height 1.5";
     EXPECT_FALSE(chosen[0].replaced);
 }
@@ -75,7 +75,8 @@ TEST(SeedTriangle, PointsTakeTheBestOfTheirNeighbours) {
 TEST(SeedTriangle, IsDefinedForEveryKindOfClip) {
     for (const auto& [name, clip] : test::every_kind_of_clip()) {
         const auto seeds = farthest_point_seeds(clip.view().frames(0, 1), 5);
-        for (const SeedTriangle& t : choose_seed_triangles(clip.view(), clip.triangles, seeds)) {
+        for (const SeedTriangle& t :
+             choose_seed_triangles(clip.view(), clip.triangles, seeds, SerialExecutor())) {
             for (const std::int32_t v : t.vertices) {
                 EXPECT_GE(v, 0) << name;
                 EXPECT_LT(v, clip.vertex_count) << name;
