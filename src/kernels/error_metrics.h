@@ -11,7 +11,8 @@ namespace batchenc {
 
 /// Distortion of a decoded sequence against its source; definitions in docs/GLOSSARY.md.
 struct ErrorMetrics {
-    double da = 0.0;  ///< percent, over each vertex' mean over time (Amjoun, section 8.3); NaN where undefined
+    double da =
+        0.0;  ///< percent, over each vertex' mean over time (Amjoun, section 8.3); NaN where undefined
     double kg =
         0.0;  ///< percent, over each frame's mean position (Karni and Gotsman 2004); NaN where undefined
     double rmse = 0.0;                ///< sqrt of the mean squared vertex distance, world units
