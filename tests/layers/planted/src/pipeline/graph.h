@@ -1,8 +1,8 @@
 #pragma once
+#include <CLI/CLI.hpp>
 #include <cblas.h>
 #include <hdf5.h>
 #include <tbb/flow_graph.h>
-#include <CLI/CLI.hpp>
 #include <boost/any.hpp>
 
 #include "app/progress.h"
