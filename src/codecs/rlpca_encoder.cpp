@@ -82,26 +82,39 @@ tl::unexpected<Error> beyond_float32() {
         "its coordinates are too large or too small for float32 to carry their products; scale the clip");
 }
 
+/// Number of components up to the last one whose decoded coefficients are not all zero. The others are noise
+/// below the quantiser's step: they would cost bits, and widen the range of the basis for nothing.
+std::int64_t count_useful(const RowMajorMatrixXf& decoded, float step) {
+    std::int64_t count = decoded.rows();
+    while (count > 0 && (decoded.row(count - 1).array().abs() <= 0.5f * step).all()) --count;
+    return count;
+}
+
 Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaHeader& header) {
     CodedCluster coded;
     if (matrix.size() == 0) return coded;
     const SvdMethod method = choose_svd_method(matrix.rows(), matrix.cols(), header.components);
-    auto svd = truncated_svd(matrix, header.components, method);
+    const auto svd = truncated_svd(matrix, header.components, method);
     if (!svd) return tl::unexpected(svd.error());
     coded.component_count = svd->basis.cols();
-    if (coded.component_count == 0) return coded;
-    const std::span<float> basis(svd->basis.data(), static_cast<std::size_t>(svd->basis.size()));
-    coded.basis_quantizer = MinMaxQuantizer::of(basis, header.basis_bits);
-    if (!coded.basis_quantizer.holds(basis, header.basis_bits)) return beyond_float32();
-    coded.basis = quantize_in_place(basis, coded.basis_quantizer, header.basis_bits);
-    // Coefficients against the decoded basis: what its quantisation has bent is made up for as far as it can
-    // be.
-    RowMajorMatrixXf coefficients = least_squares_coefficients(svd->basis, matrix);
-    const std::span<float> values(coefficients.data(), static_cast<std::size_t>(coefficients.size()));
-    coded.coefficient_quantizer = MinMaxQuantizer::of(values, header.coefficient_bits);
-    if (!coded.coefficient_quantizer.holds(values, header.coefficient_bits)) return beyond_float32();
-    coded.coefficients = quantize_in_place(values, coded.coefficient_quantizer, header.coefficient_bits);
-    return coded;
+    while (coded.component_count > 0) {  // ends: each turn but the last leaves fewer components
+        ColMajorMatrixXf basis = svd->basis.leftCols(coded.component_count);
+        const std::span<float> basis_values(basis.data(), static_cast<std::size_t>(basis.size()));
+        coded.basis_quantizer = MinMaxQuantizer::of(basis_values, header.basis_bits);
+        if (!coded.basis_quantizer.holds(basis_values, header.basis_bits)) return beyond_float32();
+        coded.basis = quantize_in_place(basis_values, coded.basis_quantizer, header.basis_bits);
+        // Coefficients against the decoded basis: what its quantisation has bent is made up for as far as it
+        // can be.
+        RowMajorMatrixXf coefficients = least_squares_coefficients(basis, matrix);
+        const std::span<float> values(coefficients.data(), static_cast<std::size_t>(coefficients.size()));
+        coded.coefficient_quantizer = MinMaxQuantizer::of(values, header.coefficient_bits);
+        if (!coded.coefficient_quantizer.holds(values, header.coefficient_bits)) return beyond_float32();
+        coded.coefficients = quantize_in_place(values, coded.coefficient_quantizer, header.coefficient_bits);
+        const std::int64_t useful = count_useful(coefficients, coded.coefficient_quantizer.step);
+        if (useful == coded.component_count) return coded;
+        coded.component_count = useful;
+    }
+    return CodedCluster{};
 }
 
 using Streams = std::vector<std::vector<std::int32_t>>;
