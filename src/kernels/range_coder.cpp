@@ -104,15 +104,12 @@ void IntegerModel::update_frequencies() {
 
 void IntegerModel::update_lookup() {
     for (std::size_t t = 0; t < counts_.size(); ++t) {
-        std::memset(lookup_.data() + cumulative_[t], static_cast<int>(t), frequency_[t]);
+        // Whole runs of a constant size are single stores; what they write too far, the next token writes
+        // again.
+        for (std::size_t at = 0; at < frequency_[t]; at += kRun) {
+            std::memset(lookup_.data() + cumulative_[t] + at, static_cast<int>(t), kRun);
+        }
     }
-}
-
-void RangeEncoder::put_token(IntegerModel& model, int token) {
-    if (model.until_update_ == 0) model.update_frequencies();
-    const auto t = static_cast<std::size_t>(token);
-    steps_.push_back({model.cumulative_[t], model.frequency_[t]});
-    model.count(token);
 }
 
 void RangeEncoder::flush_plain() {

@@ -89,8 +89,10 @@ class IntegerModel {
     std::array<std::uint32_t, IntegerTokens::kCount> counts_{};
     std::array<std::uint16_t, IntegerTokens::kCount> frequency_{};  // of 2^kFrequencyBits
     std::array<std::uint16_t, IntegerTokens::kCount>
-        cumulative_{};                                      // sum of the frequencies of the tokens before
-    std::array<std::uint8_t, 1 << kFrequencyBits> lookup_;  // slot -> token; kept by decoders only
+        cumulative_{};  // sum of the frequencies of the tokens before
+    static constexpr std::size_t kRun =
+        16;  // bytes that update_lookup() writes at once, perhaps beyond the table's end
+    std::array<std::uint8_t, (1 << kFrequencyBits) + kRun> lookup_;  // slot -> token; kept by decoders only
 };
 
 /// Codes integers into memory. Values are modelled as they come and written backwards by finish().
@@ -105,7 +107,12 @@ class RangeEncoder {
     struct Step {
         std::uint16_t cumulative, frequency;
     };
-    void put_token(IntegerModel& model, int token);
+    /// The model's frequencies are up to date.
+    void put_token(IntegerModel& model, int token) {
+        const auto t = static_cast<std::size_t>(token);
+        steps_.push_back({model.cumulative_[t], model.frequency_[t]});
+        model.count(token);
+    }
     void put_bits(std::uint32_t bits, unsigned count) {
         plain_pending_ |= std::uint64_t{bits} << plain_count_;
         plain_count_ += count;
