@@ -139,13 +139,14 @@ Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Tria
                     "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
                         " vertices, " + std::to_string(clip.frame_count) + " frames");
     }
+    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, clip.vertex_count);
     auto segmentation =
         read_segmentation(clip.payload(SectionId::kSegmentation), clip.vertex_count, header_.cluster_count,
-                          local() ? header_.cluster_count : 0, triangles);
+                          local() ? header_.cluster_count : 0, adjacency);
     if (!segmentation) return fail_within(section_name(SectionId::kSegmentation), segmentation.error());
     segmentation_ = std::move(*segmentation);
     clusters_ = RlpcaLayout(segmentation_.labels, segmentation_.seed_triangles, header_.cluster_count,
-                            triangles, executor)
+                            adjacency, executor)
                     .clusters;
 
     const auto in = [](SectionId section) {
@@ -312,8 +313,9 @@ void RlpcaClip::reconstruct_block(std::int64_t begin, std::int64_t count, float*
         geometry.stride = stride();
         reconstruct_cluster(geometry, begin, count, out, frame_stride);
     }
-    // Last come the vertices of the seed triangles, cluster by cluster from the last, so that of two the
-    // first one counts.
+    // The vertices of the seed triangles come from the lattice, the last cluster's first, so that of several
+    // with a common vertex the first cluster's counts, as FORMAT.md says. An encoder's triangles agree about
+    // it.
     for (std::size_t i = paths_.size(); i-- > 0;) {
         for (std::size_t corner = 0; corner < 3; ++corner) {
             for (std::int64_t f = 0; f < count; ++f) {

@@ -242,7 +242,8 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     const bool local = header.space == CoordinateSpace::kLocal;
     const std::span<const Triangle> seed_triangles =
         local ? std::span<const Triangle>(segmentation.seed_triangles) : std::span<const Triangle>();
-    const RlpcaLayout layout(segmentation.labels, seed_triangles, header.cluster_count, triangles, executor);
+    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, positions.vertex_count());
+    const RlpcaLayout layout(segmentation.labels, seed_triangles, header.cluster_count, adjacency, executor);
 
     // Transform and quantise, a task a cluster.
     std::vector<SeedTrianglePath> paths(seed_triangles.size());
@@ -267,7 +268,7 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     std::vector<SectionPayload> sections;
     sections.emplace_back(SectionId::kParameters, header.write());
     sections.emplace_back(SectionId::kSegmentation, write_segmentation(segmentation.labels, seed_triangles,
-                                                                       header.cluster_count, triangles));
+                                                                       header.cluster_count, adjacency));
     sections.emplace_back(SectionId::kFrames, local ? frames_section(paths, positions.frame_count(), executor)
                                                     : std::vector<std::uint8_t>());
     sections.emplace_back(SectionId::kBasis, basis_section(coded, layout, executor));

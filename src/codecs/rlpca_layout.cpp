@@ -114,8 +114,7 @@ LocalFrameTrack RlpcaHeader::world_track(std::int64_t frame_count) const {
 }
 
 RlpcaLayout::RlpcaLayout(std::span<const std::int32_t> labels, std::span<const Triangle> seed_triangles,
-                         std::int32_t cluster_count, std::span<const Triangle> triangles,
-                         const Executor& executor)
+                         std::int32_t cluster_count, const MeshAdjacency& adjacency, const Executor& executor)
     : owner(labels.begin(), labels.end()), clusters(static_cast<std::size_t>(cluster_count)) {
     for (const Triangle& t : seed_triangles) {
         for (const std::int32_t v : t) owner[static_cast<std::size_t>(v)] = -1;
@@ -125,7 +124,6 @@ RlpcaLayout::RlpcaLayout(std::span<const std::int32_t> labels, std::span<const T
         if (owner[v] >= 0)
             members[static_cast<std::size_t>(owner[v])].push_back(static_cast<std::int32_t>(v));
     }
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, static_cast<std::int64_t>(owner.size()));
     std::vector<std::int32_t> position(owner.size(), -1);
     executor.for_each(cluster_count, [&](std::int64_t i) {
         clusters[static_cast<std::size_t>(i)] = traverse_cluster(
@@ -195,9 +193,7 @@ LocalFrameTrack SeedTrianglePath::track(const RlpcaHeader& header) const {
 
 std::vector<std::uint8_t> write_segmentation(std::span<const std::int32_t> labels,
                                              std::span<const Triangle> seed_triangles,
-                                             std::int32_t cluster_count,
-                                             std::span<const Triangle> triangles) {
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, static_cast<std::int64_t>(labels.size()));
+                                             std::int32_t cluster_count, const MeshAdjacency& adjacency) {
     RangeEncoder encoder;
     LabelContexts contexts;
     for (std::size_t v = 0; v < labels.size(); ++v) {
@@ -222,12 +218,11 @@ std::vector<std::uint8_t> write_segmentation(std::span<const std::int32_t> label
 Expected<CodedSegmentation> read_segmentation(std::span<const std::uint8_t> payload,
                                               std::int64_t vertex_count, std::int32_t cluster_count,
                                               std::int32_t seed_triangle_count,
-                                              std::span<const Triangle> triangles) {
+                                              const MeshAdjacency& adjacency) {
     if (static_cast<std::uint64_t>(vertex_count) > max_symbol_count(payload.size()))
         return corrupt("more vertices than the bytes can hold");
     auto decoder = RangeDecoder::open(payload);
     if (!decoder) return tl::unexpected(decoder.error());
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, vertex_count);
     CodedSegmentation segmentation;
     segmentation.labels.resize(static_cast<std::size_t>(vertex_count));
     LabelContexts contexts;

@@ -48,9 +48,9 @@ struct RlpcaLayout {
         owner;  ///< V values: cluster whose matrix holds the vertex; -1 for seed vertices in local space
     std::vector<ClusterTraversal> clusters;  ///< N
 
-    /// seed_triangles: N, or none in world space. triangles: connectivity.
+    /// seed_triangles: N, or none in world space. adjacency: of the whole mesh.
     RlpcaLayout(std::span<const std::int32_t> labels, std::span<const Triangle> seed_triangles,
-                std::int32_t cluster_count, std::span<const Triangle> triangles, const Executor& executor);
+                std::int32_t cluster_count, const MeshAdjacency& adjacency, const Executor& executor);
 };
 
 /// Deals clusters to coded streams: about one stream for every 65,536 values, so that streams can be coded at
@@ -73,7 +73,7 @@ struct SeedTrianglePath {
 /// triangles.
 std::vector<std::uint8_t> write_segmentation(std::span<const std::int32_t> labels,
                                              std::span<const Triangle> seed_triangles,
-                                             std::int32_t cluster_count, std::span<const Triangle> triangles);
+                                             std::int32_t cluster_count, const MeshAdjacency& adjacency);
 
 struct CodedSegmentation {
     std::vector<std::int32_t> labels;
@@ -83,6 +83,6 @@ struct CodedSegmentation {
 Expected<CodedSegmentation> read_segmentation(std::span<const std::uint8_t> payload,
                                               std::int64_t vertex_count, std::int32_t cluster_count,
                                               std::int32_t seed_triangle_count,
-                                              std::span<const Triangle> triangles);
+                                              const MeshAdjacency& adjacency);
 
 }  // namespace batchenc

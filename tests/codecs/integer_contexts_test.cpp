@@ -35,7 +35,7 @@ TEST(IntegerContexts, SeriesRoundTrip) {
 TEST(IntegerContexts, ColumnsRoundTripAndSmoothOnesArePredicted) {
     const MeshSequence mesh = test::sheet(30, 30, 1);
     const std::vector<std::int32_t> labels(900, 0);
-    const RlpcaLayout layout(labels, {}, 1, mesh.triangles, SerialExecutor());
+    const RlpcaLayout layout(labels, {}, 1, MeshAdjacency::of(mesh.triangles, 900), SerialExecutor());
     const ClusterTraversal& traversal = layout.clusters[0];
     std::vector<std::int32_t> smooth(2700), rough(2700);
     for (std::size_t k = 0; k < 900; ++k) {
