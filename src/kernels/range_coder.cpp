@@ -51,7 +51,9 @@ IntegerModel::IntegerModel(double expected_magnitude) {
     // P(v) ~ ratio^|v| has the mean magnitude 2 ratio / (1 - ratio^2).
     const double m = std::clamp(expected_magnitude, 1e-3, 4e4);
     const double ratio = (std::sqrt(1.0 + m * m) - 1.0) / m;
-    const auto prior = [&](double mass) { return static_cast<std::uint32_t>(mass * kPriorWeight + 0.5); };
+    const auto prior = [&](double mass) {
+        return static_cast<std::uint32_t>(std::floor(mass * kPriorWeight + 0.5));
+    };
     counts_[IntegerTokens::kDirect] = prior((1.0 - ratio) / (1.0 + ratio));
     for (int t = 0; t < IntegerTokens::kEscape; ++t) {
         const IntegerTokens::Token& token = IntegerTokens::kTable[static_cast<std::size_t>(t)];
@@ -75,6 +77,7 @@ void IntegerModel::update_frequencies() {
     std::uint64_t sum = 0;
     std::uint32_t before = 0;
     std::uint32_t missing = 0;
+    // NOLINTNEXTLINE(clang-analyzer-core.DivideZero): the escape is always counted
     const std::uint64_t scale = (std::uint64_t{kTotal} << 32) / total;
     for (std::size_t t = 0; t < counts_.size(); ++t) {
         sum += counts_[t];
