@@ -119,7 +119,7 @@ Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Tria
                                  const Executor& executor) {
     auto info = read_rlpca_info(clip);
     if (!info) return tl::unexpected(info.error());
-    info_ = std::move(*info);
+    info_ = *info;
     auto header = RlpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
     if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
     header_ = *header;
