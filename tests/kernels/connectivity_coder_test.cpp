@@ -164,6 +164,67 @@ TEST(ConnectivityCoder, RejectsCountsThatTheBytesCannotHold) {
     EXPECT_EQ(decode_connectivity(bytes, 1, -1).error().code, ErrorCode::kCorrupt);
 }
 
+// A whole and sound stream, but for a mesh that has more vertices than the header says.
+TEST(ConnectivityCoder, RejectsIndicesThatTheHeaderRulesOut) {
+    const std::vector<std::vector<Triangle>> meshes = {
+        {{0, 1, 2}, {0, 50, 60}},             // both of a free triangle
+        {{0, 1, 2}, {2, 1, 60}},              // third vertex of a gate, by its distance
+        {{0, 1, 2}, {2, 1, 3}, {2, 3, 4}},    // third vertex of a gate, as the next index
+        {{0, 1, 60}, {2, 3, 4}, {60, 1, 5}},  // the first triangle
+    };
+    for (const auto& triangles : meshes) {
+        std::int32_t largest = 0;
+        for (const Triangle& t : triangles)
+            largest = std::max(largest, *std::max_element(t.begin(), t.end()));
+        const auto bytes = encode_connectivity(triangles, largest + 1)->bytes;
+        const auto count = static_cast<std::int64_t>(triangles.size());
+        EXPECT_TRUE(decode_connectivity(bytes, count, largest + 1));
+        for (const std::int64_t vertex_count : {largest, largest - 1, 1, 0}) {
+            const auto decoded = decode_connectivity(bytes, count, vertex_count);
+            ASSERT_FALSE(decoded) << largest << " " << vertex_count;
+            EXPECT_EQ(decoded.error().code, ErrorCode::kCorrupt);
+        }
+    }
+}
+
+// Sound streams of symbols, each in a context met for the first time, that the encoder never makes.
+TEST(ConnectivityCoder, RejectsSymbolsThatTheEncoderNeverMakes) {
+    constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
+    const std::vector<std::vector<std::int32_t>> streams = {
+        {2, 0},          // attached to the youngest gate before there is one
+        {15, 0},         // to the oldest
+        {16},            // no attachment at all: too large, too small, smallest
+        {-17},           //
+        {kLowest},       //
+        {0, 1, 0},       // anchored at vertex 0, which no open edge leaves
+        {-2, 1, 1, 12},  // free, its last index out of range
+        {-2, -1, 1, 1},  // free, its first index negative
+        {-2, 0, std::numeric_limits<std::int32_t>::max(), 0, 1, 1},  // free, its first index far out of range
+        {-2, 0, kLowest, kLowest, 1, 1},
+    };
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+        RangeEncoder coder;
+        for (const std::int32_t symbol : streams[i]) {
+            IntegerModel fresh;
+            coder.encode(fresh, symbol);
+        }
+        const auto decoded = decode_connectivity(coder.finish(), 1, 10);
+        ASSERT_FALSE(decoded) << i;
+        EXPECT_EQ(decoded.error().code, ErrorCode::kCorrupt);
+        EXPECT_NE(decoded.error().message.find("triangle 0"), std::string::npos)
+            << decoded.error().to_string();
+    }
+    // The same way a stream that is one: free, {0, 0, 0}.
+    RangeEncoder coder;
+    for (const std::int32_t symbol : {-2, 1, 1, 1}) {
+        IntegerModel fresh;
+        coder.encode(fresh, symbol);
+    }
+    const auto decoded = decode_connectivity(coder.finish(), 1, 10);
+    ASSERT_TRUE(decoded) << decoded.error().to_string();
+    EXPECT_EQ(*decoded, (std::vector<Triangle>{{0, 0, 0}}));
+}
+
 TEST(ConnectivityCoder, SurvivesDamageWithoutAnIndexOutOfRange) {
     std::mt19937 generator(4);
     auto triangles = grid(16, 16);
