@@ -4,6 +4,9 @@
 
 #include <benchmark/benchmark.h>
 #include <cblas.h>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 #include <cmath>
 #include <cstdio>
@@ -102,17 +105,60 @@ void BM_deviation(benchmark::State& state) {
     for (auto& track : tracks) {
         for (std::int64_t f = 0; f < clip.frame_count; ++f) track.set(f, LocalFrame{});
     }
-    std::vector<float> theta(static_cast<std::size_t>(clusters * kDeviationBlock)),
-        scratch(static_cast<std::size_t>(deviation_scratch_size()));
+    std::vector<float> theta(static_cast<std::size_t>(clusters * kVertexBlock));
+    AlignedFloats block(vertex_block_size(clip.frame_count));
     for (auto _ : state) {
-        for (std::int64_t v = 0; v < clip.vertex_count; v += kDeviationBlock)
-            deviation_block(clip.view(), v, tracks, theta, scratch);
+        for (std::int64_t v = 0; v < clip.vertex_count; v += kVertexBlock) {
+            load_vertex_block(clip.view(), v, block.data());
+            deviation_block(block.data(), clip.frame_count, tracks, theta);
+        }
         benchmark::ClobberMemory();
     }
     report(state, static_cast<double>(clip.view().size_bytes()),
            deviation_flop(clip.frame_count, clip.vertex_count, clusters));
 }
 BENCHMARK(BM_deviation)->Arg(5)->Arg(20)->Arg(40);
+
+/// Every method of segmentation with range(1) clusters.
+void BM_segmentation(benchmark::State& state) {
+    const auto& clip = sample();
+    const SegmentationParameters parameters{.method = static_cast<SegmentationMethod>(state.range(0)),
+                                            .clusters = static_cast<std::int32_t>(state.range(1))};
+    for (auto _ : state)
+        benchmark::DoNotOptimize(segment_clip(clip.view(), clip.triangles, parameters, kSerial));
+    report(state, static_cast<double>(clip.view().size_bytes()));
+    state.SetLabel(std::string(to_name(parameters.method)));
+}
+BENCHMARK(BM_segmentation)->ArgsProduct({{1, 2, 3, 4}, {10, 40}})->Unit(benchmark::kMillisecond);
+
+#if defined(__x86_64__)
+/// Ten chains of fused products, which hide each other's latency, in registers alone: 160 operations a round.
+__attribute__((target("avx2,fma"))) float multiply_add(std::int64_t rounds) {
+    const __m256 factor = _mm256_set1_ps(0.999f), term = _mm256_set1_ps(0.001f);
+    __m256 chains[10];
+    for (auto& chain : chains) chain = factor;
+    for (std::int64_t k = 0; k < rounds; ++k)
+        for (auto& chain : chains) chain = _mm256_fmadd_ps(chain, factor, term);
+    __m256 sum = chains[0];
+    for (const auto& chain : chains) sum = _mm256_add_ps(sum, chain);
+    return _mm256_cvtss_f32(sum);
+}
+
+/// What one core can do at most with AVX2 in float32: the GFlop/s of kernels are parts of it.
+void BM_peak(benchmark::State& state) {
+    std::int64_t rounds = 1 << 16;
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+        state.SkipWithError("this CPU has no AVX2");
+        return;
+    }
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(rounds);  // or the compiler calls it once for all
+        benchmark::DoNotOptimize(multiply_add(rounds));
+    }
+    report(state, 0.0, 160.0 * static_cast<double>(rounds));
+}
+BENCHMARK(BM_peak);
+#endif
 
 /// Rows × columns × rank; the method is the last argument (0 direct, 1 Gram, 2 randomised).
 void BM_svd(benchmark::State& state) {

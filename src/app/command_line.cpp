@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <iostream>
+#include <map>
 
 #include "app/exit_code.h"
 #include "io/job_file.h"
@@ -27,6 +28,7 @@ constexpr const char* kExamples =
     "  batchenc info out/walker.h5                 where the bits went, and how good it is\n"
     "  batchenc decode out/walker.h5 -o back.h5    the clip again\n"
     "  batchenc verify out/walker.h5 --source walker.h5\n"
+    "  batchenc segment walker.h5 -o labels.h5 --ply labels.ply\n"
     "\n"
     "Exit codes: 0 all done; 1 some job failed, the others are done; 2 mistake in the command line or in a\n"
     "job file, nothing was run; 130 interrupted, nothing half-written is left.\n"
@@ -36,7 +38,7 @@ constexpr const char* kExamples =
 std::int64_t default_memory_bytes() { return sysconf(_SC_PHYS_PAGES) / 2 * sysconf(_SC_PAGESIZE); }
 
 /// "BEGIN:END", either side may be missing; false for anything else.
-bool parse_frame_range(const std::string& text, DecodeOptions& options) {
+bool parse_frame_range(const std::string& text, FrameRange& range) {
     const auto colon = text.find(':');
     if (colon == std::string::npos) return false;
     const auto parse = [](const char* begin, const char* end, std::int64_t& value) {
@@ -44,10 +46,9 @@ bool parse_frame_range(const std::string& text, DecodeOptions& options) {
         return error == std::errc() && rest == end && value >= 0;
     };
     const char* const data = text.data();
-    if (colon > 0 && !parse(data, data + colon, options.frame_begin)) return false;
+    if (colon > 0 && !parse(data, data + colon, range.begin)) return false;
     if (colon + 1 == text.size()) return true;
-    return parse(data + colon + 1, data + text.size(), options.frame_end.emplace()) &&
-           options.frame_begin < *options.frame_end;
+    return parse(data + colon + 1, data + text.size(), range.end.emplace()) && range.begin < *range.end;
 }
 
 constexpr const char* kCommonGroup = "Common options";
@@ -79,6 +80,17 @@ void add_memory_option(CLI::App& app, CommonOptions& options) {
         ->group(kCommonGroup);
 }
 
+void add_frames_option(CLI::App& app, FrameRange& range) {
+    app.add_option_function<std::string>(
+           "--frames",
+           [&range](const std::string& text) {
+               if (!parse_frame_range(text, range))
+                   throw CLI::ValidationError("--frames", "wants BEGIN:END with BEGIN < END, not " + text);
+           },
+           "Only frames BEGIN to END-1, counted from 0")
+        ->type_name("BEGIN:END");
+}
+
 /// The command line as CLI11 fills it in, before one command is chosen.
 struct Parser {
     CLI::App app{kDescription, "batchenc"};
@@ -87,8 +99,9 @@ struct Parser {
     DecodeOptions decode;
     InfoOptions info;
     VerifyOptions verify;
+    SegmentOptions segment;
     SynthOptions synth;
-    std::variant<EncodeOptions, DecodeOptions, InfoOptions, VerifyOptions, SynthOptions> chosen;
+    Command chosen;
     std::vector<CLI::Option*> encode_options;
 
     Parser() {
@@ -109,6 +122,7 @@ struct Parser {
         add_decode();
         add_info();
         add_verify();
+        add_segment();
         add_synth();
         app.require_subcommand(0, 1);
     }
@@ -137,16 +151,7 @@ struct Parser {
         auto* command = add_command("decode", "Decode a result into a clip file");
         command->add_option("RESULT", decode.result, "Result file")->required();
         command->add_option("-o,--output", decode.output, "Clip to be written (HDF5)")->required();
-        command
-            ->add_option_function<std::string>(
-                "--frames",
-                [this](const std::string& text) {
-                    if (!parse_frame_range(text, decode))
-                        throw CLI::ValidationError("--frames",
-                                                   "wants BEGIN:END with BEGIN < END, not " + text);
-                },
-                "Only frames BEGIN to END-1, counted from 0")
-            ->type_name("BEGIN:END");
+        add_frames_option(*command, decode.frames);
         command
             ->add_option("--components", decode.components,
                          "Use only the first so many principal components of each cluster")
@@ -178,6 +183,42 @@ struct Parser {
         add_work_options(*command, common);
         add_memory_option(*command, common);
         command->callback([this] { chosen = verify; });
+    }
+
+    void add_segment() {
+        auto* command =
+            add_command("segment", "Group the vertices of a clip into clusters that move together, alone");
+        command->add_option("SOURCE", segment.source, "Clip to segment (HDF5)")->required();
+        command->add_option("-o,--output", segment.output, "File of labels to be written (HDF5)")->required();
+        command->add_option("--ply", segment.ply, "Also write the first frame as PLY, coloured by cluster");
+        std::map<std::string, SegmentationMethod> methods;
+        for (const SegmentationMethod method :
+             {SegmentationMethod::kRegionGrowing, SegmentationMethod::kClustering,
+              SegmentationMethod::kAdaptive, SegmentationMethod::kRigid})
+            methods.emplace(to_name(method), method);
+        command
+            ->add_option_function<std::string>(
+                "--method",
+                [this, methods](const std::string& name) { segment.parameters.method = methods.at(name); },
+                "How clusters are found (default: clustering)")
+            ->check(CLI::IsMember(methods));
+        command
+            ->add_option("--clusters", segment.parameters.clusters,
+                         "Clusters wanted, or 0 for as many as pay (default: 20)")
+            ->check(CLI::Range(0, 65535));
+        command
+            ->add_option("--threshold", segment.parameters.threshold,
+                         "No more clusters than bring the average step to this part of e_max (default: 0, no "
+                         "such bound)")
+            ->check(CLI::Range(0.0, 1.0));
+        add_frames_option(*command, segment.frames);
+        command->add_flag("--overwrite", segment.overwrite, "Replace files that exist");
+        command->footer(
+            "Example:\n  batchenc segment dance.h5 -o labels.h5 --method adaptive --clusters 14 --ply "
+            "dance.ply");
+        add_work_options(*command, common);
+        add_memory_option(*command, common);
+        command->callback([this] { chosen = segment; });
     }
 
     void add_synth() {

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/parameters.h"
 #include "pipeline/plan.h"
 
 namespace batchenc {
@@ -26,11 +27,16 @@ struct EncodeOptions {
     bool dry_run = false;
 };
 
+/// Half-open; without an end, all that follow.
+struct FrameRange {
+    std::int64_t begin = 0;
+    std::optional<std::int64_t> end;
+};
+
 struct DecodeOptions {
     std::filesystem::path result;
     std::filesystem::path output;
-    std::int64_t frame_begin = 0;
-    std::optional<std::int64_t> frame_end;
+    FrameRange frames;
     std::int32_t components = -1;
     bool overwrite = false;
 };
@@ -45,6 +51,15 @@ struct VerifyOptions {
     std::filesystem::path source;
 };
 
+struct SegmentOptions {
+    std::filesystem::path source;
+    std::filesystem::path output;
+    std::filesystem::path ply;
+    FrameRange frames;
+    SegmentationParameters parameters;
+    bool overwrite = false;
+};
+
 struct SynthOptions {
     std::string kind;
     std::filesystem::path output;
@@ -54,9 +69,12 @@ struct SynthOptions {
     bool overwrite = false;
 };
 
+using Command =
+    std::variant<EncodeOptions, DecodeOptions, InfoOptions, VerifyOptions, SegmentOptions, SynthOptions>;
+
 struct CommandLine {
     CommonOptions common;
-    std::variant<EncodeOptions, DecodeOptions, InfoOptions, VerifyOptions, SynthOptions> command;
+    Command command;
 };
 
 /// Reads the command line. Gives the exit code instead when there is nothing left to do: 0 after a help text

@@ -14,8 +14,8 @@ int run_command(const DecodeOptions& options, const CommonOptions& common, const
     DecodeRequest request;
     request.result = options.result;
     request.output = options.output;
-    request.frame_begin = options.frame_begin;
-    request.frame_end = options.frame_end;
+    request.frame_begin = options.frames.begin;
+    request.frame_end = options.frames.end;
     request.components = options.components;
     request.overwrite = options.overwrite;
     request.memory_bytes = common.memory_bytes;

@@ -13,6 +13,16 @@ namespace batchenc {
 /// Three vertex indices, counter-clockwise as the source has them.
 using Triangle = std::array<std::int32_t, 3>;
 
+/// Squared distance of two points of three coordinates, in double precision.
+inline double squared_distance(const float* a, const float* b) {
+    double sum = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double d = static_cast<double>(a[axis]) - static_cast<double>(b[axis]);
+        sum += d * d;
+    }
+    return sum;
+}
+
 /// Read-only positions of a run of frames: [frame][vertex][xyz], float32, contiguous, not owned.
 class PositionsView {
  public:

@@ -57,12 +57,14 @@ std::string_view to_name(CoordinateSpace space) {
 }
 
 Expected<void> check_parameters(const SegmentationParameters& parameters) {
-    if (parameters.method != SegmentationMethod::kClustering) {
-        return fail(ErrorCode::kUnsupported, "segmentation method '" +
-                                                 std::string(to_name(parameters.method)) +
-                                                 "' is not in this version; use clustering");
+    if (to_name(parameters.method) == "unknown") {
+        return fail(ErrorCode::kUnsupported, "segmentation method " +
+                                                 std::to_string(static_cast<int>(parameters.method)) +
+                                                 " is not in this version");
     }
-    return check_range("segmentation.clusters", parameters.clusters, 1, 65535);
+    if (!(parameters.threshold >= 0.0 && parameters.threshold <= 1.0))
+        return fail(ErrorCode::kInvalidArgument, "segmentation.threshold is outside 0 to 1");
+    return check_range("segmentation.clusters", parameters.clusters, 0, 65535);
 }
 
 Expected<void> check_parameters(const CodecParameters& parameters) {

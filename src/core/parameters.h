@@ -39,8 +39,10 @@ std::string_view to_name(CoordinateSpace space);
 
 struct SegmentationParameters {
     SegmentationMethod method = SegmentationMethod::kClustering;
-    std::int32_t clusters =
-        20;  ///< wanted number of clusters, 1 … 65535; fewer where there are fewer distinct points
+    std::int32_t clusters = 20;  ///< wanted number of clusters, 0 … 65535; 0: as many as pay (4.6 with
+                                 ///< modelled bits); fewer where there are fewer distinct points
+    double threshold = 0.0;      ///< no more clusters than adaptive growth needs to bring the root of the
+                                 ///< average deviation (4.7) to this part of e_max, 0 … 1; 0: no such bound
 };
 
 struct CodecParameters {

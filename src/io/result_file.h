@@ -36,6 +36,13 @@ struct ResultMetrics {
     std::vector<double> frame_max_error;   ///< F values, world units
 };
 
+/// What goes into /analysis for one clip.
+struct ClipAnalysis {
+    std::span<const std::int32_t> labels;       ///< V values
+    std::span<const float> vertex_rmse;         ///< V values, world units
+    std::span<const double> cluster_deviation;  ///< N values, world units squared a frame (4.7)
+};
+
 /// Writes a result: beside its final name, checked, read back, synced, renamed. Either the whole new file
 /// appears or the place stays as it was, whenever the process ends.
 class ResultWriter {
@@ -50,10 +57,9 @@ class ResultWriter {
     virtual Expected<void> write_connectivity(std::span<const std::uint8_t> bitstream) = 0;
     /// /clips/NNNNNN/bitstream, N counted from 0 in the order of the calls.
     virtual Expected<void> write_clip(const ClipSpan& span, std::span<const std::uint8_t> bitstream) = 0;
-    /// /analysis/NNNNNN/labels (int32 [V]) and …/vertex_rmse (float32 [V], world units) of the clip written
-    /// last.
-    virtual Expected<void> write_analysis(std::span<const std::int32_t> labels,
-                                          std::span<const float> vertex_rmse) = 0;
+    /// /analysis/NNNNNN/labels (int32 [V]), …/vertex_rmse (float32 [V]) and …/cluster_deviation (float64 [N])
+    /// of the clip written last.
+    virtual Expected<void> write_analysis(const ClipAnalysis& analysis) = 0;
     /// Writes /metrics and the digest, closes, reopens and compares every byte of every section, syncs,
     /// renames.
     virtual Expected<void> finish(const ResultMetrics& metrics) = 0;

@@ -14,12 +14,12 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::int64_t kBlock = 32;
+constexpr std::int64_t kBlock = kVertexBlock;
 
 /// Adds the deviation over frames [begin, end) against the frame before each, for one cluster.
-/// block: [frame - begin + 1][xyz][kBlock], the frame before `begin` first.
-void add_deviation(const float* HWY_RESTRICT block, std::int64_t begin, std::int64_t end,
-                   const LocalFrameTrack& track, float* HWY_RESTRICT theta) {
+/// block: [frame][xyz][kBlock], from frame 0.
+void add(const float* HWY_RESTRICT block, std::int64_t begin, std::int64_t end, const LocalFrameTrack& track,
+         float* HWY_RESTRICT theta) {
     const hn::CappedTag<float, 16> d;
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
     using Vector = hn::Vec<decltype(d)>;
@@ -31,7 +31,7 @@ void add_deviation(const float* HWY_RESTRICT block, std::int64_t begin, std::int
         Vector sum0 = hn::Zero(d), sum1 = hn::Zero(d);
         Vector x0 = sum0, y0 = sum0, z0 = sum0, x1 = sum0, y1 = sum0, z1 = sum0;
         for (std::int64_t f = begin - 1; f < end; ++f) {
-            const float* p = block + (f - begin + 1) * 3 * kBlock + at;
+            const float* p = block + f * 3 * kBlock + at;
             const auto value = [&](int k) { return hn::Set(d, values[k * stride + f]); };
             const Vector ox = value(9), oy = value(10), oz = value(11);
             const Vector px0 = hn::Sub(hn::Load(d, p), ox);
@@ -56,8 +56,8 @@ void add_deviation(const float* HWY_RESTRICT block, std::int64_t begin, std::int
             axis(6, z0, z1);
             if (f < begin) sum0 = sum1 = hn::Zero(d);  // the first q has no predecessor
         }
-        hn::Store(hn::Add(hn::Load(d, theta + at), sum0), d, theta + at);
-        hn::Store(hn::Add(hn::Load(d, theta + at + lanes), sum1), d, theta + at + lanes);
+        hn::StoreU(hn::Add(hn::LoadU(d, theta + at), sum0), d, theta + at);
+        hn::StoreU(hn::Add(hn::LoadU(d, theta + at + lanes), sum1), d, theta + at + lanes);
     }
 }
 
@@ -67,54 +67,26 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace batchenc {
-namespace {
 
-HWY_EXPORT(add_deviation);
+HWY_EXPORT(add);
 
-constexpr std::int64_t kFrameRun =
-    48;  // 49 frames of a block are 18 KiB: they stay in L1 while all clusters pass
-
-/// Copies frames [first, last) of the block into structure of arrays; vertices beyond V repeat the last one.
-void load_block(PositionsView positions, std::int64_t first_vertex, std::int64_t first, std::int64_t last,
-                float* block) {
-    const std::int64_t count = std::min(kDeviationBlock, positions.vertex_count() - first_vertex);
-    for (std::int64_t f = first; f < last; ++f, block += 3 * kDeviationBlock) {
-        const float* p = positions.at(f, first_vertex);
-        for (std::int64_t v = 0; v < kDeviationBlock; ++v) {
-            const float* q = p + 3 * std::min(v, count - 1);
-            block[v] = q[0];
-            block[v + kDeviationBlock] = q[1];
-            block[v + 2 * kDeviationBlock] = q[2];
-        }
-    }
+void add_deviation(const float* block, std::int64_t begin, std::int64_t end, const LocalFrameTrack& track,
+                   float* theta) {
+    HWY_DYNAMIC_DISPATCH(add)(block, begin, end, track, theta);
 }
 
-}  // namespace
-
-std::int64_t deviation_scratch_size() { return (kFrameRun + 1) * 3 * kDeviationBlock + 16; }
+void deviation_block(const float* block, std::int64_t frame_count, std::span<const LocalFrameTrack> tracks,
+                     std::span<float> theta) {
+    std::fill(theta.begin(), theta.end(), 0.0f);
+    for (std::int64_t begin = 1; begin < frame_count; begin += kDeviationRun) {
+        const std::int64_t end = std::min(begin + kDeviationRun, frame_count);
+        for (std::size_t i = 0; i < tracks.size(); ++i)
+            add_deviation(block, begin, end, tracks[i], theta.data() + i * kVertexBlock);
+    }
+}
 
 double deviation_flop(std::int64_t frames, std::int64_t vertices, std::int64_t clusters) {
     return 27.0 * static_cast<double>(frames) * static_cast<double>(vertices) * static_cast<double>(clusters);
-}
-
-void deviation_block(PositionsView positions, std::int64_t first_vertex,
-                     std::span<const LocalFrameTrack> tracks, std::span<float> theta,
-                     std::span<float> scratch) {
-    // Highway's aligned loads want vectors of 64 bytes on their own boundary.
-    const auto address = reinterpret_cast<std::uintptr_t>(scratch.data());
-    float* block = scratch.data() + (64 - address % 64) % 64 / sizeof(float);
-    std::fill(theta.begin(), theta.end(), 0.0f);
-    alignas(64) float sums[kDeviationBlock];
-    for (std::int64_t begin = 1; begin < positions.frame_count(); begin += kFrameRun) {
-        const std::int64_t end = std::min(begin + kFrameRun, positions.frame_count());
-        load_block(positions, first_vertex, begin - 1, end, block);
-        for (std::size_t i = 0; i < tracks.size(); ++i) {
-            float* own = theta.data() + static_cast<std::int64_t>(i) * kDeviationBlock;
-            std::copy_n(own, kDeviationBlock, sums);
-            HWY_DYNAMIC_DISPATCH(add_deviation)(block, begin, end, tracks[i], sums);
-            std::copy_n(sums, kDeviationBlock, own);
-        }
-    }
 }
 
 }  // namespace batchenc

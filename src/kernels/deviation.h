@@ -3,29 +3,32 @@
 #include <cstdint>
 #include <span>
 
-#include "core/mesh_sequence.h"
 #include "kernels/local_frame.h"
+#include "kernels/vertex_block.h"
 
 namespace batchenc {
 
-/// Vertices that the deviation kernel treats together.
-inline constexpr std::int64_t kDeviationBlock = 32;
-
-/// The deviation of clustering for one block of vertices and every cluster (4.1):
+/// Adds to theta of one block of vertices in one cluster (4.1) what frames [begin, end) give:
 ///   theta_{k,i} = sum over f of | q_k^{i,f} - q_k^{i,f-1} |^2,  q = T_i^f (p - o_i^f).
-/// This is the N × F × V local-frame transform that dominates segmentation. Coordinates are laid out as
-/// structure of arrays in cache-sized runs of frames; q stays in registers. SIMD with run-time dispatch,
-/// float32, 27 operations a vertex, frame and cluster.
+/// This is the N × F × V local-frame transform that dominates segmentation. q stays in registers. SIMD with
+/// run-time dispatch, float32, 27 operations a vertex, frame and cluster. Theta of all frames has the same
+/// bits only where it is summed in the same runs of frames.
 ///
-/// positions: F × V. first_vertex: start of the block, which ends after kDeviationBlock vertices or at V.
-/// tracks: N tracks of F frames. theta: N × kDeviationBlock, cluster by cluster, overwritten; entries beyond
-/// V are unspecified. scratch: at least deviation_scratch_size() floats.
-void deviation_block(PositionsView positions, std::int64_t first_vertex,
-                     std::span<const LocalFrameTrack> tracks, std::span<float> theta,
-                     std::span<float> scratch);
+/// block: frames of a vertex block from 0 to end at least, on a 64-byte boundary. begin: at least 1.
+/// theta: kVertexBlock sums, world units squared, anywhere.
+void add_deviation(const float* block, std::int64_t begin, std::int64_t end, const LocalFrameTrack& track,
+                   float* theta);
 
-/// Floats of scratch memory that deviation_block needs.
-std::int64_t deviation_scratch_size();
+/// Frames that one call of add_deviation should take where theta is wanted in runs: such a run of a block,
+/// 18 KiB, stays in L1 while all clusters pass over it.
+inline constexpr std::int64_t kDeviationRun = 48;
+
+/// Theta of one block of vertices in every cluster, all frames.
+///
+/// block: F frames of a vertex block. tracks: N tracks of F frames. theta: N × kVertexBlock, cluster by
+/// cluster, world units squared, overwritten.
+void deviation_block(const float* block, std::int64_t frame_count, std::span<const LocalFrameTrack> tracks,
+                     std::span<float> theta);
 
 /// Floating-point operations of deviation_block for a whole clip, for benchmarks.
 double deviation_flop(std::int64_t frames, std::int64_t vertices, std::int64_t clusters);

@@ -46,4 +46,18 @@ void LocalFrameTrack::set(std::int64_t frame, const LocalFrame& lcf) {
             static_cast<float>(lcf.origin[static_cast<std::size_t>(k)]);
 }
 
+LocalFrameTrack triangle_track(PositionsView positions, const Triangle& triangle) {
+    LocalFrameTrack track(positions.frame_count());
+    LocalFrame lcf;
+    for (std::int64_t f = 0; f < positions.frame_count(); ++f) {
+        const auto corner = [&](std::size_t k) {
+            const float* p = positions.at(f, triangle[k]);
+            return Vector{p[0], p[1], p[2]};
+        };
+        lcf = local_frame(corner(0), corner(1), corner(2), lcf);
+        track.set(f, lcf);
+    }
+    return track;
+}
+
 }  // namespace batchenc

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/mesh_sequence.h"
+
 namespace batchenc {
 
 /// Local coordinate frame (LCF) of a triangle in one frame of the animation (4.5.2): q = rotation (p -
@@ -32,5 +34,8 @@ struct LocalFrameTrack {
     void set(std::int64_t frame, const LocalFrame& lcf);
     const float* row(int k) const { return values.data() + k * stride; }
 };
+
+/// The LCFs of a triangle of vertices in every frame; where it has no area, the rotation of the frame before.
+LocalFrameTrack triangle_track(PositionsView positions, const Triangle& triangle);
 
 }  // namespace batchenc

@@ -148,7 +148,10 @@ Expected<void> JobRun::write(ClipInFlight& clip) {
     }
     if (auto done = writer_->write_clip(clip.span, clip.encoded.bitstream); !done) return done;
     if (plan_.job.analysis)
-        if (auto done = writer_->write_analysis(clip.labels, clip.vertex_rmse); !done) return done;
+        if (auto done = writer_->write_analysis(
+                {clip.labels, clip.vertex_rmse, clip.segmentation.cluster_deviations});
+            !done)
+            return done;
     bytes_.clips += clip.encoded.section_bytes;
     decode_time_s_ += clip.decode_time_s;
     return clip.index + 1 == plan_.clip_count() ? finish() : Expected<void>{};

@@ -120,14 +120,20 @@ std::int64_t clip_memory_bytes(const JobPlan& plan) {
     // LCFs, seed triangles and coefficients of every cluster over time, and the double-precision copy that
     // the SVD of a cluster makes, of which one a thread lives; with few clusters that is the clip again,
     // twice as wide.
-    const std::int64_t clusters = std::min<std::int64_t>(plan.job.segmentation.clusters, vertices);
+    constexpr std::int64_t kAutomatic = 256;  // clusters where their number is found on the way
+    const std::int64_t wanted =
+        plan.job.segmentation.clusters > 0 ? plan.job.segmentation.clusters : kAutomatic;
+    const std::int64_t clusters = std::min(wanted, vertices);
+    // Columns of theta, while the decoded clip and the codec's copy are not there yet.
+    const std::int64_t theta =
+        std::max<std::int64_t>(0, 4 * vertices * clusters - 12 * vertices * plan.clip_length);
     const std::int64_t tables =
         (96 + 8 * std::int64_t{std::min(plan.job.codec.components, 64)}) * clusters * plan.clip_length;
     const std::int64_t svd = clusters < 8 ? 2 * 12 * vertices * plan.clip_length : 0;
     // Triangles, their neighbours and the connectivity bitstream; sums of the error meter and labels a
     // vertex.
     const std::int64_t job = 64 * plan.header.triangle_count + 160 * vertices + 80 * plan.header.frame_count;
-    return clip + tables + svd + job;
+    return clip + theta + tables + svd + job;
 }
 
 int choose_tokens(const std::vector<JobPlan>& plans, std::int64_t memory_bytes, int threads) {

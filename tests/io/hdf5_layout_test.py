@@ -72,6 +72,8 @@ def check_result(path):
             check(analysis["labels"][:].tolist() == [0, 1, 1, 0, 2], "labels")
             check(analysis["vertex_rmse"].dtype == "<f4", "type of the vertex errors")
             check(analysis["vertex_rmse"][:].tolist() == [0.5, 0.25, 0.125, 0, 1], "vertex_rmse")
+            check(analysis["cluster_deviation"].dtype == "<f8", "type of the clusters' deviations")
+            check(analysis["cluster_deviation"][:].tolist() == [0.25, 0, 1.5], "cluster_deviation")
     with open(path, "rb") as file:
         check(file.read(9) == b"\x89HDF\r\n\x1a\n\x02", "superblock version 2, which old MATLABs need")
 

@@ -35,6 +35,7 @@ void expect_same(const Job& a, const Job& b) {
     EXPECT_EQ(a.clip_length, b.clip_length);
     EXPECT_EQ(a.segmentation.method, b.segmentation.method);
     EXPECT_EQ(a.segmentation.clusters, b.segmentation.clusters);
+    EXPECT_EQ(a.segmentation.threshold, b.segmentation.threshold);
     EXPECT_EQ(a.codec.method, b.codec.method);
     EXPECT_EQ(a.codec.space, b.codec.space);
     EXPECT_EQ(a.codec.components, b.codec.components);
@@ -53,7 +54,7 @@ TEST(JobFile, ReadsEveryKey) {
         "output: out/dance.h5\n"
         "clips:  {length: 64}\n"
         "order:  preserve\n"
-        "segmentation: {method: clustering, clusters: 7}\n"
+        "segmentation: {method: adaptive, clusters: 7, threshold: 2.5e-4}\n"
         "codec:  {method: rlpca, space: world, components: 8, basis_bits: 9, coefficient_bits: 10, "
         "frame_bits: 11}\n"
         "analysis: false\n");
@@ -68,7 +69,9 @@ TEST(JobFile, ReadsEveryKey) {
     EXPECT_EQ(job.frame_end, 201);
     EXPECT_EQ(job.output, "jobs/out/dance.h5");
     EXPECT_EQ(job.clip_length, 64);
+    EXPECT_EQ(job.segmentation.method, SegmentationMethod::kAdaptive);
     EXPECT_EQ(job.segmentation.clusters, 7);
+    EXPECT_EQ(job.segmentation.threshold, 2.5e-4);
     EXPECT_EQ(job.codec.space, CoordinateSpace::kWorld);
     EXPECT_EQ(job.codec.components, 8);
     EXPECT_EQ(job.codec.basis_bits, 9);
@@ -106,6 +109,7 @@ TEST(JobFile, SpelledOutJobGivesTheSameJobAgain) {
         "batchenc: 1\nname: \"Größe \\\"2\\\" \\\\o {clusters}\"\ninput: {file: 'a # \"b\".h5', frames: [5, "
         "6]}\n"
         "output: '[{codec.method}] {space}.h5'\nanalysis: false\nclips: {length: 12}\n"
+        "segmentation: {method: rigid, clusters: 0, threshold: 0.1}\n"
         "codec: {space: world, components: 4096, basis_bits: 2, coefficient_bits: 20, frame_bits: 22}\n",
         kShortest + "name: 'x{components}'\nsweep: {codec.components: [3, 4]}\n",
     };
@@ -141,7 +145,7 @@ TEST(JobFile, AcceptsLineEndsOfWindowsAndByteOrderMark) {
 TEST(JobSchema, RangesAgreeWithCheckParameters) {
     const auto accepted = [](const JobKey& key, std::int64_t value) {
         JobDraft draft;
-        key.assign(draft, JobValue{.integer = value, .end = {}, .text = {}});
+        key.assign(draft, JobValue{.integer = value, .number = 0.0, .end = {}, .text = {}});
         return check_parameters(draft.job.segmentation).has_value() &&
                check_parameters(draft.job.codec).has_value();
     };
@@ -160,7 +164,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
 TEST(JobSchema, WordsAgreeWithCheckParameters) {
     const auto check = [](const JobKey& key, std::string_view word) {
         JobDraft draft;
-        key.assign(draft, JobValue{.integer = 0, .end = {}, .text = std::string(word)});
+        key.assign(draft, JobValue{.integer = 0, .number = 0.0, .end = {}, .text = std::string(word)});
         EXPECT_EQ(key.show(draft), word) << key.path << " does not know the word";
         return check_parameters(draft.job.segmentation).and_then([&] {
             return check_parameters(draft.job.codec);

@@ -258,13 +258,15 @@ TEST(ResultWriter, RefusesWhatDoesNotFitTogether) {
     expect_refused("empty connectivity", [](auto& c) { c.connectivity.clear(); });
     expect_refused("few labels", [](auto& c) { c.labels.pop_back(); });
     expect_refused("few errors", [](auto& c) { c.vertex_rmse.pop_back(); });
+    expect_refused("no clusters", [](auto& c) { c.cluster_deviation.clear(); });
     expect_refused("few frames", [](auto& c) { c.metrics.frame_rmse.pop_back(); });
     expect_refused("NUL", [](auto& c) { c.header.job = std::string("a\0b", 3); });
     expect_refused("no vertices", [](auto& c) { c.header.vertex_count = 0; });
 
     auto writer = ResultWriter::create(path, good.header, false);
     ASSERT_TRUE(writer);
-    EXPECT_FALSE((*writer)->write_analysis(good.labels, good.vertex_rmse)) << "before any clip";
+    EXPECT_FALSE((*writer)->write_analysis({good.labels, good.vertex_rmse, good.cluster_deviation}))
+        << "before any clip";
     EXPECT_FALSE((*writer)->write_connectivity(good.connectivity)) << "after a failure";
 }
 

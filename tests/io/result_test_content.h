@@ -18,6 +18,7 @@ struct ResultContent {
                                                     std::vector<std::uint8_t>(60, 0xb2)};
     std::vector<std::int32_t> labels = {0, 1, 1, 0, 2};
     std::vector<float> vertex_rmse = {0.5F, 0.25F, 0.125F, 0.0F, 1.0F};
+    std::vector<double> cluster_deviation = {0.25, 0.0, 1.5};
     ResultMetrics metrics{{{"bpvf", 2.5},
                            {"da", 0.125},
                            {"kg", 0.5},
@@ -42,7 +43,9 @@ inline Expected<void> write_result(const std::filesystem::path& path, const Resu
         if (auto written = (*writer)->write_clip(content.spans[i], content.clips[i]); !written)
             return written;
         if (!analysis) continue;
-        if (auto written = (*writer)->write_analysis(content.labels, content.vertex_rmse); !written)
+        if (auto written =
+                (*writer)->write_analysis({content.labels, content.vertex_rmse, content.cluster_deviation});
+            !written)
             return written;
     }
     return (*writer)->finish(content.metrics);

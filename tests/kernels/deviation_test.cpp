@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kernels/deviation_column.h"
 #include "tests/support/sample_clips.h"
 
 namespace batchenc {
@@ -49,14 +50,14 @@ TEST(Deviation, AgreesWithTheDefinition) {
          {1, 2, 3, 17, 48, 49, 50, 97, 200}) {                // around the kernel's run of frames
         const MeshSequence clip = test::sheet(9, 5, frames);  // 45 vertices: one whole block and a part
         const auto tracks = make_tracks(3, frames);
-        std::vector<float> theta(3 * kDeviationBlock),
-            scratch(static_cast<std::size_t>(deviation_scratch_size()));
-        for (std::int64_t first = 0; first < clip.vertex_count; first += kDeviationBlock) {
-            deviation_block(clip.view(), first, tracks, theta, scratch);
-            for (std::int64_t v = first; v < std::min(first + kDeviationBlock, clip.vertex_count); ++v) {
+        const VertexBlocks blocks(clip.view(), SerialExecutor());
+        std::vector<float> theta(3 * kVertexBlock);
+        for (std::int64_t first = 0; first < clip.vertex_count; first += kVertexBlock) {
+            deviation_block(blocks.block(first / kVertexBlock), frames, tracks, theta);
+            for (std::int64_t v = first; v < std::min(first + kVertexBlock, clip.vertex_count); ++v) {
                 for (std::size_t i = 0; i < 3; ++i) {
                     const double expected = theta_of(clip.view(), v, tracks[i]);
-                    const double got = theta[i * kDeviationBlock + static_cast<std::size_t>(v - first)];
+                    const double got = theta[i * kVertexBlock + static_cast<std::size_t>(v - first)];
                     ASSERT_NEAR(got, expected, 1e-4 * expected + 1e-9)
                         << "frames " << frames << " vertex " << v << " cluster " << i;
                 }
@@ -77,9 +78,38 @@ TEST(Deviation, IsZeroForVerticesThatMoveWithTheirFrame) {
         };
         track.set(f, local_frame(corner(0), corner(1), corner(4), {}));
     }
-    std::vector<float> theta(kDeviationBlock), scratch(static_cast<std::size_t>(deviation_scratch_size()));
-    deviation_block(clip.view(), 0, std::span(&track, 1), theta, scratch);
+    const VertexBlocks blocks(clip.view(), SerialExecutor());
+    std::vector<float> theta(kVertexBlock);
+    deviation_block(blocks.block(0), 10, std::span(&track, 1), theta);
     for (std::size_t v = 0; v < 16; ++v) EXPECT_LT(theta[v], 1e-10f);
+}
+
+TEST(DeviationColumn, StopsAtItsLimitsAndGoesOnWhereItStopped) {
+    constexpr std::int64_t kFrames = 100;
+    const MeshSequence clip = test::sheet(9, 5, kFrames);
+    const VertexBlocks blocks(clip.view(), SerialExecutor());
+    const LocalFrameTrack track = make_tracks(1, kFrames)[0];
+    const auto theta = [&](std::int64_t v) { return theta_of(clip.view(), v, track); };
+
+    DeviationColumn column(blocks, track);
+    std::vector<float> limits(kVertexBlock, 0.0f);
+    column.extend(0, limits.data());
+    EXPECT_EQ(column[5], 0.0f) << "nothing is below a limit of zero";
+    EXPECT_FALSE(column.is_complete(0));
+
+    // Vertex 5 is to be known until it exceeds a third of its theta; a third of the frames may be left out.
+    limits[5] = static_cast<float>(theta(5) / 3.0);
+    column.extend(0, limits.data());
+    EXPECT_FALSE(column.is_complete(0));
+    EXPECT_GE(column[5], limits[5]);
+    EXPECT_LT(column[5], static_cast<float>(theta(5)));
+
+    limits[7] = 1e30f;
+    column.extend(0, limits.data());
+    EXPECT_TRUE(column.is_complete(0));
+    EXPECT_FALSE(column.is_complete(1));
+    for (std::int64_t v = 0; v < kVertexBlock; ++v)
+        EXPECT_NEAR(column[static_cast<std::size_t>(v)], theta(v), 1e-4 * theta(v));
 }
 
 }  // namespace

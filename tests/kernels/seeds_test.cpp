@@ -3,10 +3,22 @@
 #include <gtest/gtest.h>
 
 #include "kernels/bounding_box.h"
+#include "kernels/seed_triangles.h"
 #include "tests/support/sample_clips.h"
 
 namespace batchenc {
 namespace {
+
+std::vector<SeedTriangle> choose_seed_triangles(PositionsView positions, std::span<const Triangle> triangles,
+                                                std::span<const std::int32_t> seeds,
+                                                const Executor& executor) {
+    const VertexTriangles vertex_triangles(triangles, positions.vertex_count());
+    SeedTriangleChooser chooser(positions, triangles, vertex_triangles,
+                                bounding_box(positions).largest_side());
+    std::vector<SeedTriangle> chosen;
+    for (const std::int32_t seed : seeds) chosen.push_back(chooser.choose(seed, executor));
+    return chosen;
+}
 
 TEST(BoundingBox, HoldsEveryFrame) {
     for (const auto& [name, clip] : test::every_kind_of_clip()) {

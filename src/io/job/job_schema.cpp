@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <vector>
 
 #include "io/source_clip.h"
@@ -13,8 +14,8 @@ using Words = std::array<std::string_view, 1>;
 constexpr Words kOrders = {"preserve"};
 constexpr Words kLaterOrders = {"free"};
 constexpr Words kLaterLengths = {"auto"};
-constexpr Words kSegmentationMethods = {"clustering"};
-constexpr std::array<std::string_view, 3> kLaterSegmentationMethods = {"region-growing", "adaptive", "rigid"};
+constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
+                                                                  "rigid"};
 constexpr Words kCodecMethods = {"rlpca"};
 constexpr std::array<std::string_view, 5> kLaterCodecMethods = {"static", "splitcoder", "orlpca", "pdct",
                                                                 "rtpca"};
@@ -30,6 +31,12 @@ Enum from_name(std::string_view name) {
 }
 
 std::int32_t narrow(std::int64_t value) { return static_cast<std::int32_t>(value); }
+
+/// The shortest decimal number that reads back as the same.
+std::string shown(double value) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof(text), value).ptr};
+}
 
 std::string show_frames(const JobDraft& draft) {
     const std::string end = draft.job.frame_end ? std::to_string(*draft.job.frame_end) : "end";
@@ -117,7 +124,6 @@ std::vector<JobKey> make_keys() {
          .type = kChoice,
          .sentence = "how clusters are found",
          .words = kSegmentationMethods,
-         .later = kLaterSegmentationMethods,
          .sweepable = true,
          .assign =
              [](JobDraft& d, const JobValue& v) {
@@ -127,12 +133,22 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "segmentation.clusters",
          .type = kInteger,
-         .sentence = "clusters wanted; fewer where there are fewer distinct points",
-         .low = 1,
+         .sentence = "clusters wanted, or 0 for as many as pay; fewer where no more are of use",
+         .low = 0,
          .high = 65535,
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.segmentation.clusters = narrow(v.integer); },
          .show = [](const JobDraft& d) { return std::to_string(d.job.segmentation.clusters); }});
+
+    keys.push_back(
+        {.path = "segmentation.threshold",
+         .type = kNumber,
+         .sentence = "no more clusters than bring the average step to this part of e_max; 0 is no bound",
+         .low = 0,
+         .high = 1,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.segmentation.threshold = v.number; },
+         .show = [](const JobDraft& d) { return shown(d.job.segmentation.threshold); }});
 
     keys.push_back(mapping("codec", "how each cluster is coded"));
     keys.push_back({.path = "codec.method",
@@ -312,6 +328,9 @@ std::string describe_range(const JobKey& key) {
         case JobKeyType::kInteger:
             text = "integer, " + std::to_string(key.low);
             if (key.high != key.low) text += " to " + std::to_string(key.high);
+            break;
+        case JobKeyType::kNumber:
+            text = "number, " + std::to_string(key.low) + " to " + std::to_string(key.high);
             break;
         case JobKeyType::kBoolean:
             return "true or false";

@@ -21,6 +21,7 @@ struct JobDraft {
 enum class JobKeyType {
     kMapping,  ///< holds further keys
     kInteger,  ///< decimal digits, without leading zero
+    kNumber,   ///< a decimal number, perhaps with a fraction and an exponent
     kBoolean,  ///< true or false
     kText,     ///< a name; quotes only where YAML readers could take it for a number, boolean or null
     kPath,     ///< a path, relative to the job file's folder
@@ -34,6 +35,7 @@ enum class JobKeyType {
 /// A value after its syntax and range were checked; which fields count depends on the key's type.
 struct JobValue {
     std::int64_t integer = 0;         ///< kInteger, kBoolean (0 or 1), kFrames (begin)
+    double number = 0.0;              ///< kNumber
     std::optional<std::int64_t> end;  ///< kFrames
     std::string text;                 ///< kText, kPath, kDataset, kChoice
 };
@@ -44,8 +46,8 @@ struct JobKey {
     std::string_view path;  ///< dotted, such as "codec.components"
     JobKeyType type;
     std::string_view sentence;                     ///< what it means, with its unit
-    std::int64_t low = 0;                          ///< kInteger: smallest value
-    std::int64_t high = 0;                         ///< kInteger: largest value
+    std::int64_t low = 0;                          ///< kInteger, kNumber: smallest value
+    std::int64_t high = 0;                         ///< kInteger, kNumber: largest value
     std::span<const std::string_view> words = {};  ///< kChoice: accepted words
     std::span<const std::string_view> later = {};  ///< words that a later version accepts
     bool required = false;

@@ -27,6 +27,10 @@ const char* kind_name(YamlNode::Kind kind) {
     return "nothing";
 }
 
+JobValue text_value(std::string text) {
+    return {.integer = 0, .number = 0.0, .end = {}, .text = std::move(text)};
+}
+
 bool consists_of(std::string_view text, std::string_view characters) {
     return text.find_first_not_of(characters) == std::string_view::npos;
 }
@@ -78,9 +82,54 @@ Expected<std::int64_t> read_integer(std::string_view label, std::int64_t low, st
     return value;
 }
 
+/// Digits, then perhaps a point and digits, then perhaps e, a sign and digits; nothing that YAML readers take
+/// for different things.
+bool is_plain_number(std::string_view text) {
+    const auto digits = [&] {
+        std::size_t count = 0;
+        while (count < text.size() && text[count] >= '0' && text[count] <= '9') ++count;
+        text.remove_prefix(count);
+        return count;
+    };
+    const bool zero_first = text.starts_with('0');
+    const std::size_t whole = digits();
+    if (whole == 0 || (zero_first && whole > 1)) return false;
+    if (text.starts_with('.')) {
+        text.remove_prefix(1);
+        if (digits() == 0) return false;
+    }
+    if (text.starts_with('e')) {
+        text.remove_prefix(1);
+        if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+        if (digits() == 0) return false;
+    }
+    return text.empty();
+}
+
+Expected<JobValue> read_number(const JobKey& key, const YamlNode& node, const std::string& file) {
+    const std::string range = std::to_string(key.low) + " to " + std::to_string(key.high);
+    const std::string name(key.path);
+    if (node.kind == YamlNode::Kind::kQuoted)
+        return refuse(node, file, name + " is a text in quotes; write the number without them");
+    if (node.kind != YamlNode::Kind::kPlain)
+        return refuse(
+            node, file,
+            name + " holds " + kind_name(node.kind) + " where a number from " + range + " is wanted");
+    if (!is_plain_number(node.text))
+        return refuse(node, file,
+                      name + " is " + quoted_for_message(node.text) + " where a number from " + range +
+                          ", such as 0.25 or 1e-4, is wanted");
+    double value = 0.0;
+    const auto parsed = std::from_chars(node.text.data(), node.text.data() + node.text.size(), value);
+    if (parsed.ec != std::errc{} || value < static_cast<double>(key.low) ||
+        value > static_cast<double>(key.high))
+        return refuse(node, file, name + " is " + quoted_for_message(node.text) + ", outside " + range);
+    return JobValue{.integer = 0, .number = value, .end = {}, .text = {}};
+}
+
 Expected<JobValue> read_boolean(const JobKey& key, const YamlNode& node, const std::string& file) {
     if (node.kind == YamlNode::Kind::kPlain && (node.text == "true" || node.text == "false")) {
-        return JobValue{.integer = node.text == "true", .end = {}, .text = {}};
+        return JobValue{.integer = node.text == "true", .number = 0.0, .end = {}, .text = {}};
     }
     return refuse(node, file, std::string(key.path) + " must be true or false, in these letters");
 }
@@ -99,7 +148,7 @@ Expected<JobValue> read_text(const JobKey& key, const YamlNode& node, const std:
     if (find_unprintable(node.text, false) != node.text.size()) {
         return refuse(node, file, name + " contains a control character");
     }
-    return JobValue{.integer = 0, .end = {}, .text = node.text};
+    return text_value(node.text);
 }
 
 Expected<JobValue> check_name(JobValue value, const YamlNode& node, const std::string& file) {
@@ -143,7 +192,7 @@ Expected<JobValue> read_choice(const JobKey& key, const YamlNode& node, const st
         return refuse(node, file, name + " holds " + kind_name(node.kind) + "; accepted: " + accepted);
     }
     for (const std::string_view word : key.words) {
-        if (node.text == word) return JobValue{.integer = 0, .end = {}, .text = node.text};
+        if (node.text == word) return text_value(node.text);
     }
     const std::string_view near = nearest_word(node.text, key.words);
     const std::string suggestion = near.empty() ? "" : ", did you mean '" + std::string(near) + "'?";
@@ -160,7 +209,7 @@ Expected<JobValue> read_frames(const JobKey& key, const YamlNode& node, const st
     const auto begin = read_integer(name + " begin", 0, kMost - 1, node.items[0], file);
     if (!begin) return tl::unexpected(begin.error());
     if (node.items[1].kind == YamlNode::Kind::kPlain && node.items[1].text == "end") {
-        return JobValue{.integer = *begin, .end = {}, .text = {}};
+        return JobValue{.integer = *begin, .number = 0.0, .end = {}, .text = {}};
     }
     const auto end = read_integer(name + " end", 1, kMost, node.items[1], file);
     if (!end) return tl::unexpected(end.error());
@@ -169,7 +218,7 @@ Expected<JobValue> read_frames(const JobKey& key, const YamlNode& node, const st
             node, file,
             name + " holds no frame: " + std::to_string(*begin) + " to before " + std::to_string(*end));
     }
-    return JobValue{.integer = *begin, .end = *end, .text = {}};
+    return JobValue{.integer = *begin, .number = 0.0, .end = *end, .text = {}};
 }
 
 }  // namespace
@@ -186,8 +235,10 @@ Expected<JobValue> read_value(const JobKey& key, const YamlNode& node, const std
     switch (key.type) {
         case JobKeyType::kInteger:
             return read_integer(key.path, key.low, key.high, node, file).map([](std::int64_t value) {
-                return JobValue{.integer = value, .end = {}, .text = {}};
+                return JobValue{.integer = value, .number = 0.0, .end = {}, .text = {}};
             });
+        case JobKeyType::kNumber:
+            return read_number(key, node, file);
         case JobKeyType::kBoolean:
             return read_boolean(key, node, file);
         case JobKeyType::kText:
