@@ -35,19 +35,23 @@ nlohmann::json to_json(const SectionBytes& bytes) {
             {"basis", bytes.basis},     {"coefficients", bytes.coefficients}, {"residuals", bytes.residuals}};
 }
 
+nlohmann::json to_json(const CodecParameters& parameters) {
+    if (parameters.method == CodecMethod::kStatic)
+        return {{"method", to_name(parameters.method)}, {"bits", parameters.bits}};
+    return {{"method", to_name(parameters.method)},
+            {"space", to_name(parameters.space)},
+            {"components", parameters.components},
+            {"basis_bits", parameters.basis_bits},
+            {"coefficient_bits", parameters.coefficient_bits},
+            {"frame_bits", parameters.frame_bits}};
+}
+
 nlohmann::json to_json(const CodedClip& clip) {
-    const CodecParameters& parameters = clip.info.parameters;
     return {{"first_frame", clip.span.first_frame},
             {"frame_count", clip.span.frame_count},
             {"clusters", clip.info.cluster_count},
             {"components", clip.info.component_count},
-            {"parameters",
-             {{"method", to_name(parameters.method)},
-              {"space", to_name(parameters.space)},
-              {"components", parameters.components},
-              {"basis_bits", parameters.basis_bits},
-              {"coefficient_bits", parameters.coefficient_bits},
-              {"frame_bits", parameters.frame_bits}}},
+            {"parameters", to_json(clip.info.parameters)},
             {"bytes", clip.info.section_bytes.total()},
             {"section_bytes", to_json(clip.info.section_bytes)}};
 }

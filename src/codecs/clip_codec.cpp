@@ -6,6 +6,7 @@
 
 #include "codecs/clip_bitstream.h"
 #include "codecs/rlpca.h"
+#include "codecs/static_coder.h"
 
 namespace batchenc {
 namespace {
@@ -14,6 +15,8 @@ tl::unexpected<Error> unknown_method(CodecMethod method) {
     return fail(ErrorCode::kUnsupported,
                 "coder '" + std::string(to_name(method)) + "' is not in this version");
 }
+
+bool has_coder(CodecMethod method) { return method == CodecMethod::kRlpca || method == CodecMethod::kStatic; }
 
 /// Bytes of a clip by section; headers are what the payloads leave.
 SectionBytes section_bytes_of(const ClipBitstream& clip, std::size_t size_bytes) {
@@ -63,13 +66,15 @@ Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Trian
     if (auto valid = check_parameters(parameters); !valid) return tl::unexpected(valid.error());
     if (positions.frame_count() < 1 || positions.vertex_count() < 1)
         return fail(ErrorCode::kInvalidArgument, "a clip needs a frame and a vertex");
-    if (static_cast<std::int64_t>(segmentation.labels.size()) != positions.vertex_count() ||
-        segmentation.cluster_count() < 1) {
+    if (uses_clusters(parameters.method) &&
+        (static_cast<std::int64_t>(segmentation.labels.size()) != positions.vertex_count() ||
+         segmentation.cluster_count() < 1)) {
         return fail(ErrorCode::kInvalidArgument, "the segmentation is not of this clip");
     }
     if (auto finite = check_finite(positions); !finite) return tl::unexpected(finite.error());
-    if (parameters.method != CodecMethod::kRlpca) return unknown_method(parameters.method);
-    auto clip = encode_rlpca(positions, triangles, segmentation, parameters, executor);
+    auto clip = parameters.method == CodecMethod::kStatic
+                    ? encode_static(positions, triangles, parameters, executor)
+                    : encode_rlpca(positions, triangles, segmentation, parameters, executor);
     if (!clip) return clip;
     auto info = read_clip_info(clip->bitstream);
     if (!info) return tl::unexpected(info.error());
@@ -80,8 +85,8 @@ Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Trian
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
-    if (clip->method != CodecMethod::kRlpca) return unknown_method(clip->method);
-    auto info = read_rlpca_info(*clip);
+    if (!has_coder(clip->method)) return unknown_method(clip->method);
+    auto info = clip->method == CodecMethod::kStatic ? read_static_info(*clip) : read_rlpca_info(*clip);
     if (info) info->section_bytes = section_bytes_of(*clip, bitstream.size());
     return info;
 }
@@ -92,7 +97,9 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
                                                    const Executor& executor) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
-    if (clip->method != CodecMethod::kRlpca) return unknown_method(clip->method);
+    if (clip->method == CodecMethod::kStatic)
+        return decode_static(*clip, triangles, size_limit_bytes, executor);
+    if (!has_coder(clip->method)) return unknown_method(clip->method);
     return decode_rlpca(*clip, triangles, components, size_limit_bytes, executor);
 }
 

@@ -34,10 +34,9 @@ struct EncodedClip {
 
 /// Codes a clip with the coder that parameters.method names.
 ///
-/// positions: F x V, both at least 1, finite. triangles: may be empty (points). segmentation: of this clip.
-/// The bytes do not depend on the executor.
-/// Errors: kInvalidArgument, kUnsupported (parameters), kNotFinite (frame and vertex named), kNumerical
-/// (LAPACK).
+/// positions: F x V, both at least 1, finite. triangles: may be empty (points). segmentation: of this clip;
+/// of coders without clusters (uses_clusters) anything. The bytes do not depend on the executor. Errors:
+/// kInvalidArgument, kUnsupported (parameters), kNotFinite (frame and vertex named), kNumerical (LAPACK).
 Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor);
@@ -47,9 +46,10 @@ struct ClipInfo {
     CodecMethod method = CodecMethod::kRlpca;
     std::int64_t vertex_count = 0;
     std::int64_t frame_count = 0;
-    std::int32_t cluster_count = 0;
-    std::int32_t component_count = 0;  ///< asked for; clusters of lower rank have fewer
-    CodecParameters parameters;        ///< as coded
+    std::int32_t cluster_count = 0;  ///< 0 where the coder has none
+    std::int32_t component_count =
+        0;                       ///< asked for; clusters of lower rank have fewer; 0 where there are none
+    CodecParameters parameters;  ///< as coded
     SectionBytes section_bytes;
 };
 
@@ -61,7 +61,7 @@ class DecodedClip {
  public:
     virtual ~DecodedClip() = default;
     virtual const ClipInfo& info() const = 0;
-    virtual const std::vector<std::int32_t>& labels() const = 0;
+    virtual const std::vector<std::int32_t>& labels() const = 0;  ///< V values; none without clusters
 
     /// Reconstructs frames [begin, begin + out.frame_count()) of the clip into out, which has the clip's V.
     /// Error: kOutOfRange when the clip does not have these frames or another number of vertices.

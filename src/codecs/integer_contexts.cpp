@@ -20,6 +20,19 @@ constexpr std::int32_t kLargestLevel = std::int32_t{1} << 21;
 
 enum Predictor : std::int32_t { kPlain = 0, kMeanOfPredecessors = 1 };
 
+/// A model of each class before it has learnt anything. Made once: copying one is much cheaper.
+const IntegerModel& prior_of_class(int c) {
+    static const std::vector<IntegerModel> priors = [] {
+        std::vector<IntegerModel> made;
+        for (int k = 0; k < ScaleContexts::kClasses; ++k) {
+            // Powers of the square root of two by exact doubling, so that both sides start alike.
+            made.emplace_back(std::ldexp(k % 2 == 0 ? 1.0 : 1.4142135623730951, k / 2 - 4));
+        }
+        return made;
+    }();
+    return priors[static_cast<std::size_t>(c)];
+}
+
 void encode_class(RangeEncoder& encoder, ScaleContexts& contexts, int scale_class) {
     encoder.encode(contexts.class_change, scale_class - contexts.last_class);
     contexts.last_class = scale_class;
@@ -42,11 +55,7 @@ int ScaleContexts::class_of(double mean_magnitude) {
 IntegerModel& ScaleContexts::of(int scale_class) {
     const int c = std::clamp(scale_class, 0, kClasses - 1);
     auto& model = models_[static_cast<std::size_t>(c)];
-    if (!model) {
-        // Powers of the square root of two by exact doubling, so that both sides start alike.
-        const double magnitude = std::ldexp(c % 2 == 0 ? 1.0 : 1.4142135623730951, c / 2 - 4);
-        model = std::make_unique<IntegerModel>(magnitude);
-    }
+    if (!model) model = std::make_unique<IntegerModel>(prior_of_class(c));
     return *model;
 }
 

@@ -56,6 +56,28 @@ std::string_view to_name(CoordinateSpace space) {
     return "unknown";
 }
 
+std::string_view to_name(GeometryPredictor predictor) {
+    switch (predictor) {
+        case GeometryPredictor::kAuto:
+            return "auto";
+        case GeometryPredictor::kParallelogram:
+            return "parallelogram";
+        case GeometryPredictor::kMultiway:
+            return "multiway";
+        case GeometryPredictor::kLocalParallelogram:
+            return "local-parallelogram";
+        case GeometryPredictor::kLocalMultiway:
+            return "local-multiway";
+        case GeometryPredictor::kFitted:
+            return "fitted";
+    }
+    return "unknown";
+}
+
+bool uses_clusters(CodecMethod method) {
+    return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
+}
+
 Expected<void> check_parameters(const SegmentationParameters& parameters) {
     if (to_name(parameters.method) == "unknown") {
         return fail(ErrorCode::kUnsupported, "segmentation method " +
@@ -68,16 +90,22 @@ Expected<void> check_parameters(const SegmentationParameters& parameters) {
 }
 
 Expected<void> check_parameters(const CodecParameters& parameters) {
-    if (parameters.method != CodecMethod::kRlpca) {
+    if (parameters.method != CodecMethod::kRlpca && parameters.method != CodecMethod::kStatic) {
         return fail(ErrorCode::kUnsupported, "codec method '" + std::string(to_name(parameters.method)) +
-                                                 "' is not in this version; use rlpca");
+                                                 "' is not in this version; use rlpca or static");
+    }
+    if (to_name(parameters.predictor) == "unknown") {
+        return fail(ErrorCode::kUnsupported, "codec predictor " +
+                                                 std::to_string(static_cast<int>(parameters.predictor)) +
+                                                 " is not in this version");
     }
     if (parameters.space != CoordinateSpace::kLocal && parameters.space != CoordinateSpace::kWorld) {
         return fail(
             ErrorCode::kUnsupported,
             "codec space " + std::to_string(static_cast<int>(parameters.space)) + " is not in this version");
     }
-    return check_range("codec.components", parameters.components, 1, 4096)
+    return check_range("codec.bits", parameters.bits, 4, 24)
+        .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
         .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
         .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); });

@@ -31,11 +31,22 @@ enum class SegmentationMethod : std::uint8_t {
 /// world (LPCA; with one cluster the global PCA).
 enum class CoordinateSpace : std::uint8_t { kLocal = 0, kWorld = 1 };
 
+/// How a static mesh's vertices are predicted from their neighbours (chapter 3).
+enum class GeometryPredictor : std::uint8_t {
+    kAuto = 0,  ///< in parameters only: the one that makes the smallest stream
+    kParallelogram = 1,
+    kMultiway = 2,
+    kLocalParallelogram = 3,
+    kLocalMultiway = 4,
+    kFitted = 5,
+};
+
 /// Name as it stands in a job file, such as "rlpca", "clustering", "local"; "unknown" for a number that is
 /// none.
 std::string_view to_name(CodecMethod method);
 std::string_view to_name(SegmentationMethod method);
 std::string_view to_name(CoordinateSpace space);
+std::string_view to_name(GeometryPredictor predictor);
 
 struct SegmentationParameters {
     SegmentationMethod method = SegmentationMethod::kClustering;
@@ -47,6 +58,13 @@ struct SegmentationParameters {
 
 struct CodecParameters {
     CodecMethod method = CodecMethod::kRlpca;
+
+    // static
+    std::int32_t bits = 12;  ///< bits of a coordinate over e_max, 4 … 24: no vertex is farther from its
+                             ///< source than e_max / 2^bits
+    GeometryPredictor predictor = GeometryPredictor::kAuto;
+
+    // rlpca
     CoordinateSpace space = CoordinateSpace::kLocal;
     std::int32_t components =
         20;  ///< principal components a cluster, 1 … 4096; fewer where the rank is lower
@@ -54,6 +72,9 @@ struct CodecParameters {
     std::int32_t coefficient_bits = 12;  ///< bits of a coefficient over its matrix' range, 2 … 20
     std::int32_t frame_bits = 16;        ///< bits of a seed triangle's coordinate over e_max, 4 … 22
 };
+
+/// Whether the coder works on clusters, so that a clip has to be segmented for it.
+bool uses_clusters(CodecMethod method);
 
 /// Refuses parameters outside the ranges above (kInvalidArgument, naming the parameter), and methods that
 /// this build does not have (kUnsupported).

@@ -82,8 +82,8 @@ class Hdf5ResultWriter final : public ResultWriter {
     Expected<void> write_analysis(const ClipAnalysis& analysis) override {
         return guarded([&]() -> Expected<void> {
             const auto vertex_count = static_cast<std::size_t>(header_.vertex_count);
-            if (clip_count_ == analysed_count_ || analysis.labels.size() != vertex_count ||
-                analysis.vertex_rmse.size() != vertex_count || analysis.cluster_deviation.empty())
+            if (clip_count_ == analysed_count_ || analysis.vertex_rmse.size() != vertex_count ||
+                analysis.labels.size() != (analysis.cluster_deviation.empty() ? 0 : vertex_count))
                 return fail(ErrorCode::kInvalidArgument, "has no place for this analysis", where_);
             if (!has_analysis_) {
                 auto parent = create_group(result_layout::kAnalysis);
@@ -95,12 +95,15 @@ class Hdf5ResultWriter final : public ResultWriter {
                 std::string(result_layout::kAnalysis) + "/" + result_layout::clip_name(clip_count_ - 1);
             auto group = create_group(path);
             if (!group) return tl::unexpected(group.error());
-            for (auto done :
-                 {dataset(*group, path, "labels", ContentKind::kInt32, analysis.labels),
-                  dataset(*group, path, "vertex_rmse", ContentKind::kFloat32, analysis.vertex_rmse),
-                  dataset(*group, path, "cluster_deviation", ContentKind::kFloat64,
-                          analysis.cluster_deviation)})
-                if (!done) return done;
+            if (auto done = dataset(*group, path, "vertex_rmse", ContentKind::kFloat32, analysis.vertex_rmse);
+                !done)
+                return done;
+            if (!analysis.labels.empty()) {
+                for (auto done : {dataset(*group, path, "labels", ContentKind::kInt32, analysis.labels),
+                                  dataset(*group, path, "cluster_deviation", ContentKind::kFloat64,
+                                          analysis.cluster_deviation)})
+                    if (!done) return done;
+            }
             analysed_count_ = clip_count_;
             return close_group(*group);
         });

@@ -94,6 +94,7 @@ Expected<void> JobRun::read(ClipInFlight& clip) {
 }
 
 Expected<void> JobRun::segment(ClipInFlight& clip) {
+    if (!uses_clusters(plan_.job.codec.method)) return {};
     const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
     auto segmentation = segment_clip(source, triangles_, plan_.job.segmentation, executor_);
     if (!segmentation) return tl::unexpected(segmentation.error());

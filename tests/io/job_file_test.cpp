@@ -37,6 +37,8 @@ void expect_same(const Job& a, const Job& b) {
     EXPECT_EQ(a.segmentation.clusters, b.segmentation.clusters);
     EXPECT_EQ(a.segmentation.threshold, b.segmentation.threshold);
     EXPECT_EQ(a.codec.method, b.codec.method);
+    EXPECT_EQ(a.codec.bits, b.codec.bits);
+    EXPECT_EQ(a.codec.predictor, b.codec.predictor);
     EXPECT_EQ(a.codec.space, b.codec.space);
     EXPECT_EQ(a.codec.components, b.codec.components);
     EXPECT_EQ(a.codec.basis_bits, b.codec.basis_bits);
@@ -158,7 +160,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
         EXPECT_FALSE(accepted(key, key.high + 1)) << key.path;
         ++tested;
     }
-    EXPECT_EQ(tested, 5);
+    EXPECT_EQ(tested, 6);
 }
 
 TEST(JobSchema, WordsAgreeWithCheckParameters) {
@@ -170,7 +172,7 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
             return check_parameters(draft.job.codec);
         });
     };
-    for (const char* path : {"segmentation.method", "codec.method", "codec.space"}) {
+    for (const char* path : {"segmentation.method", "codec.method", "codec.space", "codec.predictor"}) {
         const JobKey& key = *find_job_key(path);
         for (const auto word : key.words) EXPECT_TRUE(check(key, word).has_value()) << path << " " << word;
         for (const auto word : key.later) {

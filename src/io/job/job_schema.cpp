@@ -16,9 +16,10 @@ constexpr Words kLaterOrders = {"free"};
 constexpr Words kLaterLengths = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
-constexpr Words kCodecMethods = {"rlpca"};
-constexpr std::array<std::string_view, 5> kLaterCodecMethods = {"static", "splitcoder", "orlpca", "pdct",
-                                                                "rtpca"};
+constexpr std::array<std::string_view, 2> kCodecMethods = {"rlpca", "static"};
+constexpr std::array<std::string_view, 4> kLaterCodecMethods = {"splitcoder", "orlpca", "pdct", "rtpca"};
+constexpr std::array<std::string_view, 6> kPredictors = {
+    "auto", "parallelogram", "multiway", "local-parallelogram", "local-multiway", "fitted"};
 constexpr std::array<std::string_view, 2> kSpaces = {"local", "world"};
 
 /// The value of an enumeration whose name is `name`; the words of a kChoice key are tested to be such names.
@@ -160,10 +161,28 @@ std::vector<JobKey> make_keys() {
                     .assign = [](JobDraft& d,
                                  const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
                     .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.method)); }});
+    keys.push_back({.path = "codec.bits",
+                    .type = kInteger,
+                    .sentence = "static: no vertex is off by more than e_max / 2^bits",
+                    .low = 4,
+                    .high = 24,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
+                    .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
+    keys.push_back(
+        {.path = "codec.predictor",
+         .type = kChoice,
+         .sentence = "static: how a vertex is predicted; auto takes the smallest for each frame",
+         .words = kPredictors,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.predictor = from_name<GeometryPredictor>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.predictor)); }});
     keys.push_back(
         {.path = "codec.space",
          .type = kChoice,
-         .sentence = "coordinates in which components are taken: each cluster's own frame, or the world",
+         .sentence =
+             "rlpca: coordinates in which components are taken: each cluster's own frame, or the world",
          .words = kSpaces,
          .sweepable = true,
          .assign = [](JobDraft& d,
@@ -172,7 +191,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.components",
          .type = kInteger,
-         .sentence = "principal components a cluster; fewer where the rank is lower",
+         .sentence = "rlpca: principal components a cluster; fewer where the rank is lower",
          .low = 1,
          .high = 4096,
          .sweepable = true,
@@ -181,7 +200,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.basis_bits",
          .type = kInteger,
-         .sentence = "bits of a basis value over the range of its matrix",
+         .sentence = "rlpca: bits of a basis value over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -190,7 +209,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.coefficient_bits",
          .type = kInteger,
-         .sentence = "bits of a coefficient over the range of its matrix",
+         .sentence = "rlpca: bits of a coefficient over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -199,7 +218,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.frame_bits",
          .type = kInteger,
-         .sentence = "bits of a seed triangle's coordinate over the clip's largest side",
+         .sentence = "rlpca: bits of a seed triangle's coordinate over the clip's largest side",
          .low = 4,
          .high = 22,
          .sweepable = true,

@@ -1,0 +1,373 @@
+#include "codecs/static_coder.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "codecs/integer_contexts.h"
+#include "kernels/bounding_box.h"
+#include "kernels/byte_stream.h"
+#include "kernels/crc32c.h"
+#include "kernels/static_prediction.h"
+
+namespace batchenc {
+namespace {
+
+tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
+
+/// The first residual of a vertex that is coded exactly.
+constexpr std::int32_t kExact = std::numeric_limits<std::int32_t>::min();
+
+/// The content of the parameters section.
+struct StaticHeader {
+    std::int32_t bits = 0;
+    std::array<float, 3> center{};  // of the bounding box over all frames, world units: the lattice's origin
+    float e_max = 0.0f;             // largest side of that box
+
+    /// Spacing of the lattice that decoded vertices live on, world units.
+    double spacing() const {
+        return static_cast<double>(e_max) / static_cast<double>(std::int64_t{1} << bits) / kLatticeParts;
+    }
+    /// Largest distance of a vertex from its source.
+    double bound() const { return spacing() * kLatticeParts; }
+
+    double to_lattice(float value, std::size_t axis) const {
+        const double step = spacing();
+        return step > 0.0 ? (static_cast<double>(value) - static_cast<double>(center[axis])) / step : 0.0;
+    }
+    std::array<float, 3> to_world(const LatticePoint& point) const {
+        std::array<float, 3> world;
+        for (std::size_t c = 0; c < 3; ++c)
+            world[c] = static_cast<float>(static_cast<double>(center[c]) +
+                                          static_cast<double>(point[c]) * spacing());
+        return world;
+    }
+    /// The lattice point of a vertex that was coded exactly.
+    LatticePoint nearest_point(const std::array<float, 3>& world) const {
+        constexpr double kLimit = 1 << 29;
+        LatticePoint point;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double value = std::floor(to_lattice(world[c], c) + 0.5);
+            point[c] =
+                static_cast<std::int32_t>(value > -kLimit ? (value < kLimit ? value : kLimit) : -kLimit);
+        }
+        return point;
+    }
+
+    std::vector<std::uint8_t> write() const {
+        ByteWriter out;
+        out.put(static_cast<std::uint8_t>(bits));
+        for (const float value : center) out.put(value);
+        out.put(e_max);
+        return out.take();
+    }
+
+    static Expected<StaticHeader> read(std::span<const std::uint8_t> payload) {
+        ByteReader reader(payload);
+        const auto bits = reader.get<std::uint8_t>();
+        if (!bits) return tl::unexpected(bits.error());
+        StaticHeader header;
+        header.bits = *bits;
+        for (float& value : header.center) {
+            const auto read = reader.get<float>();
+            if (!read) return tl::unexpected(read.error());
+            value = *read;
+        }
+        const auto e_max = reader.get<float>();
+        if (!e_max) return tl::unexpected(e_max.error());
+        header.e_max = *e_max;
+        if (reader.remaining() != 0) return corrupt("bytes left over");
+        bool good =
+            header.bits >= 4 && header.bits <= 24 && std::isfinite(header.e_max) && header.e_max >= 0.0f;
+        for (const float value : header.center) good = good && std::isfinite(value);
+        if (!good) return corrupt("a parameter is outside its range");
+        return header;
+    }
+};
+
+/// Contexts of one frame: by how many gates a vertex has, which residual it is, and how large residuals
+/// nearby are.
+class FrameContexts {
+ public:
+    IntegerModel& of(const VertexPrediction& prediction, std::size_t axis, const std::int32_t* residuals) {
+        // Along and across the gate residuals are of one size; both tell something of the normal one.
+        const std::int64_t tangential = (std::int64_t{prediction.sizes[0]} + prediction.sizes[1]) / 2;
+        const std::int64_t first = size_of(residuals[0]);
+        std::int64_t size = tangential;
+        if (axis == 1) size = (7 * tangential + 3 * first) / 10;
+        if (axis == 2) size = (8 * std::int64_t{prediction.sizes[2]} + first + size_of(residuals[1])) / 10;
+        return scales_[static_cast<std::size_t>(prediction.gates > 1)][axis == 2].of(class_of(size));
+    }
+    IntegerModel& exact() { return exact_; }
+
+ private:
+    static std::int64_t size_of(std::int32_t residual) {
+        return std::min<std::int64_t>(std::abs(std::int64_t{residual}) * kLatticeParts, 1 << 23);
+    }
+    /// The class of ScaleContexts for a magnitude in sixteenths, twice its binary logarithm, rounded: by
+    /// integers alone, so that no machine takes another context.
+    static int class_of(std::int64_t size) {
+        const auto s = static_cast<std::uint64_t>(std::clamp<std::int64_t>(size, 0, 1 << 23));
+        const std::uint64_t scaled = (s * s * 92682) >> 16;  // s² times the root of two
+        return scaled == 0 ? 0 : 63 - __builtin_clzll(scaled);
+    }
+
+    std::array<std::array<ScaleContexts, 2>, 2> scales_;
+    IntegerModel exact_;
+};
+
+std::int32_t bits_of(float value) { return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(value)); }
+
+/// Checksum over the lattice points of a decoded frame: a machine that predicted otherwise finds out.
+std::uint32_t state_checksum(const std::vector<LatticePoint>& points) {
+    return crc32c(
+        {reinterpret_cast<const std::uint8_t*>(points.data()), points.size() * sizeof(LatticePoint)});
+}
+
+/// Codes a frame in one form.
+std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal& traversal,
+                                       const StaticHeader& header, const PredictionForm& form) {
+    RangeEncoder encoder;
+    FrameContexts contexts;
+    StaticPrediction state(traversal, form);
+    const double squared_bound = header.bound() * header.bound();
+    for (std::size_t k = 0; k < traversal.order.size(); ++k) {
+        const float* p = frame.at(0, traversal.order[k]);
+        const VertexPrediction prediction = state.predict(k);
+        const std::array<double, 3> off = {header.to_lattice(p[0], 0) - prediction.place[0],
+                                           header.to_lattice(p[1], 1) - prediction.place[1],
+                                           header.to_lattice(p[2], 2) - prediction.place[2]};
+        std::array<std::int32_t, 3> residuals;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double* axis = prediction.axes.data() + 3 * a;
+            const double along = axis[0] * off[0] + axis[1] * off[1] + axis[2] * off[2];
+            residuals[a] = static_cast<std::int32_t>(std::floor(along / kLatticeParts + 0.5));
+        }
+        LatticePoint decoded = StaticPrediction::reconstruct(prediction, residuals);
+        if (!(squared_distance(header.to_world(decoded).data(), p) <= squared_bound)) {
+            encoder.encode(contexts.of(prediction, 0, residuals.data()), kExact);
+            for (int c = 0; c < 3; ++c) encoder.encode(contexts.exact(), bits_of(p[c]));
+            residuals = {};
+            decoded = header.nearest_point({p[0], p[1], p[2]});
+        } else {
+            for (std::size_t a = 0; a < 3; ++a)
+                encoder.encode(contexts.of(prediction, a, residuals.data()), residuals[a]);
+        }
+        state.record(k, residuals, decoded);
+    }
+    ByteWriter out;
+    out.put(static_cast<std::uint8_t>(form.predictor));
+    out.put(form.curvature);
+    out.put(state_checksum(state.points()));
+    out.put_bytes(encoder.finish());
+    return out.take();
+}
+
+Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTraversal& traversal,
+                            const StaticHeader& header, MutablePositionsView frame) {
+    ByteReader reader(bytes);
+    PredictionForm form;
+    const auto predictor = reader.get<std::uint8_t>();
+    const auto curvature = reader.get<std::uint8_t>();
+    const auto checksum = reader.get<std::uint32_t>();
+    if (!checksum) return tl::unexpected(checksum.error());
+    form.predictor = static_cast<GeometryPredictor>(*predictor);
+    form.curvature = *curvature;
+    if (form.predictor == GeometryPredictor::kAuto || to_name(form.predictor) == "unknown" ||
+        form.curvature > 16)
+        return corrupt("the predictor is unknown");
+    const auto payload = reader.get_bytes(reader.remaining());
+    if (traversal.order.size() > max_symbol_count(payload->size()))
+        return corrupt("more vertices than the bytes can hold");
+    auto decoder = RangeDecoder::open(*payload);
+    if (!decoder) return tl::unexpected(decoder.error());
+    FrameContexts contexts;
+    StaticPrediction state(traversal, form);
+    for (std::size_t k = 0; k < traversal.order.size(); ++k) {
+        const VertexPrediction prediction = state.predict(k);
+        float* p = frame.at(0, traversal.order[k]);
+        std::array<std::int32_t, 3> residuals{};
+        LatticePoint decoded;
+        for (std::size_t a = 0; a < 3; ++a) {
+            residuals[a] = decoder->decode(contexts.of(prediction, a, residuals.data()));
+            if (residuals[0] == kExact) break;
+        }
+        std::array<float, 3> world;
+        if (residuals[0] == kExact) {
+            for (float& value : world)
+                value = std::bit_cast<float>(static_cast<std::uint32_t>(decoder->decode(contexts.exact())));
+            if (!std::isfinite(world[0]) || !std::isfinite(world[1]) || !std::isfinite(world[2]))
+                return corrupt("a vertex is not finite");
+            residuals = {};
+            decoded = header.nearest_point(world);
+        } else {
+            decoded = StaticPrediction::reconstruct(prediction, residuals);
+            world = header.to_world(decoded);
+        }
+        std::copy(world.begin(), world.end(), p);
+        state.record(k, residuals, decoded);
+    }
+    if (auto end = decoder->finish(); !end) return end;
+    if (state_checksum(state.points()) != *checksum)
+        return corrupt("the decoded positions do not have the checksum that the encoder saw");
+    return {};
+}
+
+/// The forms that `auto` tries.
+std::vector<PredictionForm> forms_of(GeometryPredictor predictor) {
+    constexpr std::uint8_t kCurvatures[] = {0, 4, 8, 12};
+    using enum GeometryPredictor;
+    std::vector<PredictionForm> forms;
+    for (const GeometryPredictor candidate :
+         {kParallelogram, kMultiway, kLocalParallelogram, kLocalMultiway, kFitted}) {
+        if (predictor != kAuto && predictor != candidate) continue;
+        const bool curves = candidate != kParallelogram && candidate != kMultiway;
+        for (const std::uint8_t curvature : kCurvatures) {
+            forms.push_back({candidate, curvature});
+            if (!curves) break;
+        }
+    }
+    return forms;
+}
+
+class StaticClip final : public DecodedClip {
+ public:
+    StaticClip(const ClipInfo& info, const StaticHeader& header, MeshTraversal traversal)
+        : info_(info), header_(header), traversal_(std::move(traversal)) {}
+
+    const ClipInfo& info() const override { return info_; }
+    const std::vector<std::int32_t>& labels() const override { return labels_; }
+
+    /// Sizes of the frames' streams, then the streams. Copies them: the clip outlives the bitstream.
+    Expected<void> take_streams(std::span<const std::uint8_t> payload) {
+        ByteReader reader(payload);
+        std::vector<std::uint64_t> sizes;
+        for (std::int64_t f = 0; f < info_.frame_count; ++f) {  // ends early where the bytes do
+            const auto size = reader.get_varint(payload.size());
+            if (!size) return tl::unexpected(size.error());
+            sizes.push_back(*size);
+        }
+        for (const std::uint64_t size : sizes) {
+            const auto stream = reader.get_bytes(size);
+            if (!stream) return tl::unexpected(stream.error());
+            streams_.emplace_back(stream->begin(), stream->end());
+        }
+        if (reader.remaining() != 0) return corrupt("bytes left over");
+        return {};
+    }
+
+    Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
+                               const Executor& executor) const override {
+        if (out.vertex_count() != info_.vertex_count || begin < 0 || out.frame_count() < 0 ||
+            begin > info_.frame_count || out.frame_count() > info_.frame_count - begin)
+            return fail(ErrorCode::kOutOfRange, "the clip does not have these frames");
+        std::vector<std::optional<Error>> errors(static_cast<std::size_t>(out.frame_count()));
+        executor.for_each(out.frame_count(), [&](std::int64_t f) {
+            const MutablePositionsView frame(out.at(f, 0), 1, out.vertex_count());
+            auto done =
+                decode_frame(streams_[static_cast<std::size_t>(begin + f)], traversal_, header_, frame);
+            if (!done) errors[static_cast<std::size_t>(f)] = done.error();
+        });
+        for (std::size_t f = 0; f < errors.size(); ++f) {
+            if (errors[f])
+                return fail_within("frame " + std::to_string(begin + static_cast<std::int64_t>(f)),
+                                   *errors[f]);
+        }
+        return {};
+    }
+
+ private:
+    ClipInfo info_;
+    StaticHeader header_;
+    MeshTraversal traversal_;
+    std::vector<std::vector<std::uint8_t>> streams_;  // a frame each
+    std::vector<std::int32_t> labels_;                // none: there are no clusters
+};
+
+}  // namespace
+
+Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Triangle> triangles,
+                                    const CodecParameters& parameters, const Executor& executor) {
+    const BoundingBox box = bounding_box(positions);
+    StaticHeader header;
+    header.bits = parameters.bits;
+    header.center = box.center();
+    header.e_max = static_cast<float>(box.largest_side());
+    if (!std::isfinite(header.e_max))
+        return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
+    const MeshTraversal traversal = MeshTraversal::of(triangles, positions.vertex_count());
+    const std::vector<PredictionForm> forms = forms_of(parameters.predictor);
+
+    const std::int64_t frame_count = positions.frame_count();
+    std::vector<std::vector<std::uint8_t>> streams(static_cast<std::size_t>(frame_count));
+    const auto count = static_cast<std::int64_t>(forms.size());
+    constexpr std::int64_t kFramesAtOnce = 64;  // whose streams in every form are held
+    std::vector<std::vector<std::uint8_t>> tried;
+    for (std::int64_t first = 0; first < frame_count; first += kFramesAtOnce) {
+        const std::int64_t frames = std::min(kFramesAtOnce, frame_count - first);
+        tried.assign(static_cast<std::size_t>(frames * count), {});
+        executor.for_each(frames * count, [&](std::int64_t task) {
+            const std::int64_t f = first + task / count;
+            tried[static_cast<std::size_t>(task)] = encode_frame(
+                positions.frames(f, f + 1), traversal, header, forms[static_cast<std::size_t>(task % count)]);
+        });
+        for (std::int64_t f = 0; f < frames; ++f) {
+            const auto begin = tried.begin() + f * count;
+            streams[static_cast<std::size_t>(first + f)] = std::move(*std::min_element(
+                begin, begin + count, [](const auto& a, const auto& b) { return a.size() < b.size(); }));
+        }
+    }
+
+    ByteWriter frames;
+    for (const auto& stream : streams) frames.put_varint(stream.size());
+    for (const auto& stream : streams) frames.put_bytes(stream);
+    std::vector<SectionPayload> sections;
+    sections.emplace_back(SectionId::kParameters, header.write());
+    sections.emplace_back(SectionId::kResiduals, frames.take());
+    EncodedClip clip;
+    clip.bitstream =
+        write_clip_bitstream(CodecMethod::kStatic, positions.vertex_count(), frame_count, sections);
+    return clip;
+}
+
+Expected<ClipInfo> read_static_info(const ClipBitstream& clip) {
+    const auto header = StaticHeader::read(clip.payload(SectionId::kParameters));
+    if (!header) return tl::unexpected(header.error());
+    ClipInfo info;
+    info.method = CodecMethod::kStatic;
+    info.vertex_count = clip.vertex_count;
+    info.frame_count = clip.frame_count;
+    info.parameters.method = CodecMethod::kStatic;
+    info.parameters.bits = header->bits;
+    return info;
+}
+
+Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
+                                                     std::span<const Triangle> triangles,
+                                                     std::int64_t size_limit_bytes, const Executor&) {
+    const auto header = StaticHeader::read(clip.payload(SectionId::kParameters));
+    if (!header) return tl::unexpected(header.error());
+    const auto info = read_static_info(clip);
+    if (!info) return tl::unexpected(info.error());
+    // Every vertex of every frame costs bytes, and a vertex needs less than 256 bytes while it is decoded.
+    const std::span<const std::uint8_t> payload = clip.payload(SectionId::kResiduals);
+    if (static_cast<std::uint64_t>(clip.vertex_count) > max_symbol_count(payload.size()))
+        return corrupt("more vertices than the bytes can hold");
+    if (clip.vertex_count > size_limit_bytes / 256)
+        return fail(ErrorCode::kLimit, "its " + std::to_string(clip.vertex_count) +
+                                           " vertices need more memory than is allowed");
+    for (const Triangle& t : triangles) {
+        for (const std::int32_t v : t) {
+            if (v < 0 || v >= clip.vertex_count) return corrupt("the triangles are of another clip");
+        }
+    }
+    auto decoded =
+        std::make_unique<StaticClip>(*info, *header, MeshTraversal::of(triangles, clip.vertex_count));
+    if (auto taken = decoded->take_streams(payload); !taken) return tl::unexpected(taken.error());
+    return decoded;
+}
+
+}  // namespace batchenc

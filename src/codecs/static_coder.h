@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+
+#include "codecs/clip_bitstream.h"
+#include "codecs/clip_codec.h"
+
+namespace batchenc {
+
+// The static coder (chapter 3): every frame on its own. Vertices are walked in the order of a traversal that
+// follows from the triangles; each is predicted from decoded neighbours, and the residual, along axes of the
+// world or of the neighbourhood, is quantised in steps of e_max / 2^bits and entropy-coded in contexts by the
+// residuals nearby. No vertex is farther from its source than e_max / 2^bits (3.1); where rounding would
+// break that, the vertex is coded exactly.
+
+/// See encode_clip; there is no segmentation. Of predictor `auto` each frame takes the one that makes its
+/// stream smallest.
+Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Triangle> triangles,
+                                    const CodecParameters& parameters, const Executor& executor);
+
+/// Parameters and counts from the sections of a clip coded by encode_static. Errors: kCorrupt.
+Expected<ClipInfo> read_static_info(const ClipBitstream& clip);
+
+/// See decode_clip. Frames are decoded when they are asked for, each alone; what is corrupt in a frame shows
+/// then (kCorrupt).
+Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
+                                                     std::span<const Triangle> triangles,
+                                                     std::int64_t size_limit_bytes, const Executor& executor);
+
+}  // namespace batchenc
