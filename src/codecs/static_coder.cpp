@@ -304,10 +304,11 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
     const std::int64_t frame_count = positions.frame_count();
     std::vector<std::vector<std::uint8_t>> streams(static_cast<std::size_t>(frame_count));
     const auto count = static_cast<std::int64_t>(forms.size());
-    constexpr std::int64_t kFramesAtOnce = 64;  // whose streams in every form are held
+    constexpr std::int64_t kStreamsAtOnce = 128;  // as many are held before the smallest are kept
+    const std::int64_t frames_at_once = std::max<std::int64_t>(1, kStreamsAtOnce / count);
     std::vector<std::vector<std::uint8_t>> tried;
-    for (std::int64_t first = 0; first < frame_count; first += kFramesAtOnce) {
-        const std::int64_t frames = std::min(kFramesAtOnce, frame_count - first);
+    for (std::int64_t first = 0; first < frame_count; first += frames_at_once) {
+        const std::int64_t frames = std::min(frames_at_once, frame_count - first);
         tried.assign(static_cast<std::size_t>(frames * count), {});
         executor.for_each(frames * count, [&](std::int64_t task) {
             const std::int64_t f = first + task / count;
