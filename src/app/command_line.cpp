@@ -60,15 +60,19 @@ void add_log_options(CLI::App& app, CommonOptions& options) {
         ->group(kCommonGroup);
 }
 
-void add_work_options(CLI::App& app, CommonOptions& options) {
-    app.add_option("--threads", options.threads, "Threads to work with (default: every processor)")
-        ->check(CLI::Range(1, 1024))
-        ->group(kCommonGroup);
+void add_progress_option(CLI::App& app, CommonOptions& options) {
     app.add_option("--progress", options.progress,
                    "auto, bar, plain (a line `PROGRESS: 42%` a step) or none; auto is bar on a terminal, "
                    "plain elsewhere")
         ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
         ->group(kCommonGroup);
+}
+
+void add_work_options(CLI::App& app, CommonOptions& options) {
+    app.add_option("--threads", options.threads, "Threads to work with (default: every processor)")
+        ->check(CLI::Range(1, 1024))
+        ->group(kCommonGroup);
+    add_progress_option(app, options);
     add_log_options(app, options);
 }
 
@@ -100,6 +104,8 @@ struct Parser {
     InfoOptions info;
     VerifyOptions verify;
     SegmentOptions segment;
+    ImportOptions import;
+    ExportOptions exporting;
     SynthOptions synth;
     Command chosen;
     std::vector<CLI::Option*> encode_options;
@@ -123,6 +129,8 @@ struct Parser {
         add_info();
         add_verify();
         add_segment();
+        add_import();
+        add_export();
         add_synth();
         app.require_subcommand(0, 1);
     }
@@ -219,6 +227,38 @@ struct Parser {
         add_work_options(*command, common);
         add_memory_option(*command, common);
         command->callback([this] { chosen = segment; });
+    }
+
+    void add_import() {
+        auto* command = add_command(
+            "import", "Make a clip of meshes (.obj, .off, .ply), a frame each; vertices keep their order");
+        command->add_option("FILE", import.meshes, "Meshes, a frame each, in this order")->required();
+        command->add_option("-o,--output", import.output, "Clip to be written (HDF5)")->required();
+        command->add_option("--fps", import.fps, "Frames per second (default: 0, unknown)")
+            ->check(CLI::Range(0.0, 1e6));
+        command->add_option("--name", import.name, "Name of the clip (default: the file's)");
+        command->add_flag("--overwrite", import.overwrite, "Replace a clip that exists");
+        command->footer("Example:\n  batchenc import frames/*.obj -o clip.h5 --fps 25");
+        add_progress_option(*command, common);
+        add_log_options(*command, common);
+        command->callback([this] { chosen = import; });
+    }
+
+    void add_export() {
+        auto* command = add_command("export", "Write frames of a clip as meshes (.obj, .off, .ply)");
+        command->add_option("CLIP", exporting.clip, "Clip (HDF5)")->required();
+        command
+            ->add_option("-o,--output", exporting.output,
+                         "Mesh to be written; of several frames its name has {frame}, for the frame's number")
+            ->required();
+        add_frames_option(*command, exporting.frames);
+        command->add_flag("--overwrite", exporting.overwrite, "Replace files that exist");
+        command->footer(
+            "Examples:\n  batchenc export clip.h5 -o frame_{frame}.obj\n"
+            "  batchenc export clip.h5 -o first.ply --frames 0:1");
+        add_progress_option(*command, common);
+        add_log_options(*command, common);
+        command->callback([this] { chosen = exporting; });
     }
 
     void add_synth() {

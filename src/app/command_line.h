@@ -60,6 +60,21 @@ struct SegmentOptions {
     bool overwrite = false;
 };
 
+struct ImportOptions {
+    std::vector<std::filesystem::path> meshes;
+    std::filesystem::path output;
+    double fps = 0.0;
+    std::string name;
+    bool overwrite = false;
+};
+
+struct ExportOptions {
+    std::filesystem::path clip;
+    std::filesystem::path output;
+    FrameRange frames;
+    bool overwrite = false;
+};
+
 struct SynthOptions {
     std::string kind;
     std::filesystem::path output;
@@ -69,8 +84,8 @@ struct SynthOptions {
     bool overwrite = false;
 };
 
-using Command =
-    std::variant<EncodeOptions, DecodeOptions, InfoOptions, VerifyOptions, SegmentOptions, SynthOptions>;
+using Command = std::variant<EncodeOptions, DecodeOptions, InfoOptions, VerifyOptions, SegmentOptions,
+                             ImportOptions, ExportOptions, SynthOptions>;
 
 struct CommandLine {
     CommonOptions common;

@@ -13,6 +13,8 @@ int run_command(const EncodeOptions& options, const CommonOptions& common, const
 int run_command(const DecodeOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
 int run_command(const InfoOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
 int run_command(const VerifyOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
+int run_command(const ImportOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
+int run_command(const ExportOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
 int run_command(const SegmentOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
 int run_command(const SynthOptions& options, const CommonOptions& common, const std::atomic<bool>& stop);
 

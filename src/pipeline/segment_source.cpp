@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "io/labels_file.h"
-#include "io/ply_file.h"
+#include "io/mesh/mesh_file.h"
 #include "io/source_clip.h"
 #include "pipeline/guarded.h"
 #include "pipeline/stopwatch.h"
@@ -36,6 +36,9 @@ Expected<void> check_outputs(const SegmentRequest& request) {
         if (!request.overwrite && std::filesystem::exists(output, ignored))
             return fail(ErrorCode::kExists, "exists; --overwrite replaces it", output.string());
     }
+    if (!request.ply.empty() && request.ply.extension() != ".ply")
+        return fail(ErrorCode::kInvalidArgument, "a picture by clusters is written as .ply",
+                    request.ply.string());
     if (request.ply.lexically_normal() == request.output.lexically_normal())
         return fail(ErrorCode::kInvalidArgument, "labels and picture want the same file",
                     request.output.string());
@@ -78,7 +81,7 @@ Expected<SegmentReport> segment(const SegmentRequest& request, const Executor& e
     if (!request.ply.empty()) {
         std::vector<Color> colors;
         for (const std::int32_t label : found.labels) colors.push_back(color_of(label));
-        if (auto done = write_ply(request.ply, view.frames(0, 1), *triangles, colors, request.overwrite);
+        if (auto done = write_mesh(request.ply, view.frames(0, 1), *triangles, colors, request.overwrite);
             !done)
             return tl::unexpected(done.error());
     }

@@ -20,7 +20,7 @@ class CommandLine(ProgramTest):
         self.assertIn("Examples", self.run_program("--help").stdout)
         self.assertIn("components", self.run_program("--help-job").stdout)
         self.assertRegex(self.run_program("--version").stdout, r"^batchenc \d+\.\d+")
-        for command in ("decode", "info", "verify", "segment", "synth"):
+        for command in ("decode", "info", "verify", "segment", "import", "export", "synth"):
             self.assertIn("xample", self.run_program(command, "--help").stdout)
 
     def test_mistakes_on_the_command_line_are_2(self):

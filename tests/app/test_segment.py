@@ -94,7 +94,8 @@ class Segment(ProgramTest):
             for threads in (1, 2, 5):
                 self.run_program("segment", "walker.h5", "-o", "labels.h5", "--method", method, "--threads", threads,
                                  "--overwrite")
-                found.append((self.folder / "labels.h5").read_bytes())
+                with h5py.File(self.folder / "labels.h5", "r") as file:
+                    found.append({name: file[name][()].tobytes() for name in file})
             self.assertEqual(found[0], found[1], method)
             self.assertEqual(found[0], found[2], method)
 

@@ -1,0 +1,113 @@
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <string>
+
+#include "io/hdf5/durable_file.h"
+#include "io/mesh/mesh_file.h"
+
+namespace batchenc {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "binary values are written as they stand in memory");
+
+template <typename Number>
+void append_text(std::string& text, Number value) {
+    char digits[32];
+    text.append(digits, std::to_chars(digits, digits + sizeof(digits), value).ptr);
+}
+
+template <typename Value>
+void append_binary(std::string& bytes, const Value& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+void append_place(std::string& text, const float* p) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (axis > 0) text += ' ';
+        append_text(text, p[axis]);
+    }
+    text += '\n';
+}
+
+std::string obj_of(PositionsView positions, std::span<const Triangle> triangles) {
+    std::string text = "# batchenc\n";
+    for (std::int64_t v = 0; v < positions.vertex_count(); ++v) {
+        text += "v ";
+        append_place(text, positions.at(0, v));
+    }
+    for (const Triangle& t : triangles) {
+        text += 'f';
+        for (const std::int32_t v : t) {
+            text += ' ';
+            append_text(text, std::int64_t{v} + 1);
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+std::string off_of(PositionsView positions, std::span<const Triangle> triangles) {
+    std::string text =
+        "OFF\n" + std::to_string(positions.vertex_count()) + " " + std::to_string(triangles.size()) + " 0\n";
+    for (std::int64_t v = 0; v < positions.vertex_count(); ++v) append_place(text, positions.at(0, v));
+    for (const Triangle& t : triangles) {
+        text += '3';
+        for (const std::int32_t v : t) {
+            text += ' ';
+            append_text(text, v);
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+std::string ply_of(PositionsView positions, std::span<const Triangle> triangles,
+                   std::span<const Color> colors) {
+    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment batchenc\nelement vertex " +
+                        std::to_string(positions.vertex_count()) +
+                        "\nproperty float x\nproperty float y\nproperty float z\n";
+    if (!colors.empty()) bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    bytes += "element face " + std::to_string(triangles.size()) +
+             "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (std::int64_t v = 0; v < positions.vertex_count(); ++v) {
+        for (int axis = 0; axis < 3; ++axis) append_binary(bytes, positions.at(0, v)[axis]);
+        if (!colors.empty()) append_binary(bytes, colors[static_cast<std::size_t>(v)]);
+    }
+    for (const Triangle& t : triangles) {
+        append_binary(bytes, std::uint8_t{3});
+        append_binary(bytes, t);
+    }
+    return bytes;
+}
+
+}  // namespace
+
+Expected<void> write_mesh(const std::filesystem::path& path, PositionsView positions,
+                          std::span<const Triangle> triangles, std::span<const Color> colors,
+                          bool overwrite) {
+    try {
+        const std::string extension = path.extension().string();
+        if (extension != ".obj" && extension != ".off" && extension != ".ply")
+            return fail(ErrorCode::kUnsupported, "is no .obj, .off or .ply; other formats are not written",
+                        path.string());
+        auto target = DurableFile::create(path, overwrite);
+        if (!target) return tl::unexpected(target.error());
+        const std::string bytes = extension == ".obj"   ? obj_of(positions, triangles)
+                                  : extension == ".off" ? off_of(positions, triangles)
+                                                        : ply_of(positions, triangles, colors);
+        std::ofstream file(target->temporary_path(), std::ios::binary);
+        file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        file.close();
+        if (!file) return fail(ErrorCode::kIo, "cannot be written", path.string());
+        return target->commit();
+    } catch (const std::bad_alloc&) {
+        return fail(ErrorCode::kOutOfMemory, "no memory to write the mesh", path.string());
+    }
+}
+
+}  // namespace batchenc
