@@ -129,22 +129,28 @@ std::uint32_t state_checksum(const std::vector<LatticePoint>& points) {
 
 /// Codes a frame in one form.
 std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal& traversal,
-                                       const StaticHeader& header, const PredictionForm& form) {
+                                       StaticHeader header, const PredictionForm& form) {
     RangeEncoder encoder;
     FrameContexts contexts;
     StaticPrediction state(traversal, form);
     const double squared_bound = header.bound() * header.bound();
+    const double per_unit = header.spacing() > 0.0 ? 1.0 / header.spacing() : 0.0;
+    const auto offset = [&](float value, std::size_t c, double place) {
+        return (static_cast<double>(value) - static_cast<double>(header.center[c])) * per_unit - place;
+    };
     for (std::size_t k = 0; k < traversal.order.size(); ++k) {
         const float* p = frame.at(0, traversal.order[k]);
         const VertexPrediction prediction = state.predict(k);
-        const std::array<double, 3> off = {header.to_lattice(p[0], 0) - prediction.place[0],
-                                           header.to_lattice(p[1], 1) - prediction.place[1],
-                                           header.to_lattice(p[2], 2) - prediction.place[2]};
+        const std::array<double, 3> off = {offset(p[0], 0, prediction.place[0]),
+                                           offset(p[1], 1, prediction.place[1]),
+                                           offset(p[2], 2, prediction.place[2])};
         std::array<std::int32_t, 3> residuals;
         for (std::size_t a = 0; a < 3; ++a) {
             const double* axis = prediction.axes.data() + 3 * a;
-            const double along = axis[0] * off[0] + axis[1] * off[1] + axis[2] * off[2];
-            residuals[a] = static_cast<std::int32_t>(std::floor(along / kLatticeParts + 0.5));
+            const double along =
+                prediction.in_world_axes ? off[a] : axis[0] * off[0] + axis[1] * off[1] + axis[2] * off[2];
+            // To the nearest, either way from the middle: only the encoder rounds here.
+            residuals[a] = static_cast<std::int32_t>(along / kLatticeParts + (along < 0.0 ? -0.5 : 0.5));
         }
         LatticePoint decoded = StaticPrediction::reconstruct(prediction, residuals);
         if (!(squared_distance(header.to_world(decoded).data(), p) <= squared_bound)) {
@@ -167,7 +173,7 @@ std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal&
 }
 
 Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTraversal& traversal,
-                            const StaticHeader& header, MutablePositionsView frame) {
+                            StaticHeader header, MutablePositionsView frame) {
     ByteReader reader(bytes);
     PredictionForm form;
     const auto predictor = reader.get<std::uint8_t>();

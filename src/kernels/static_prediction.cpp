@@ -143,12 +143,13 @@ void StaticPrediction::set_axes(std::span<const Gate> gates, VertexPrediction& p
     x = times(1.0 / length, x);
     const Vector y = cross(z, x);
     prediction.axes = {x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]};
+    prediction.in_world_axes = false;
 }
 
 void StaticPrediction::set_sizes(std::span<const Gate> gates, VertexPrediction& prediction) const {
     // The first two gates' ends, and with one gate the corner behind it.
-    std::array<std::int64_t, 3> sum{};
-    std::int64_t count = 0;
+    std::array<std::int32_t, 3> sum{};  // at most five of kLargestSize
+    std::int32_t count = 0;
     const auto add = [&](std::int32_t v) {
         const auto& sizes = sizes_[static_cast<std::size_t>(v)];
         for (std::size_t k = 0; k < 3; ++k) sum[k] += sizes[k];
@@ -159,7 +160,7 @@ void StaticPrediction::set_sizes(std::span<const Gate> gates, VertexPrediction& 
         add(gate.right);
     }
     if (gates.size() == 1 && gates[0].opposite >= 0) add(gates[0].opposite);
-    for (std::size_t k = 0; k < 3; ++k) prediction.sizes[k] = static_cast<std::int32_t>(sum[k] / count);
+    for (std::size_t k = 0; k < 3; ++k) prediction.sizes[k] = sum[k] / count;
 }
 
 LatticePoint StaticPrediction::reconstruct(const VertexPrediction& prediction,
@@ -168,11 +169,18 @@ LatticePoint StaticPrediction::reconstruct(const VertexPrediction& prediction,
     LatticePoint point;
     for (std::size_t c = 0; c < 3; ++c) {
         double value = prediction.place[c];
-        for (std::size_t k = 0; k < 3; ++k)
-            value += prediction.axes[3 * k + c] * static_cast<double>(residuals[k]) * kLatticeParts;
+        if (prediction.in_world_axes) {  // what the sums below come to, without the work
+            value += static_cast<double>(residuals[c]) * kLatticeParts;
+        } else {
+            for (std::size_t k = 0; k < 3; ++k)
+                value += prediction.axes[3 * k + c] * static_cast<double>(residuals[k]) * kLatticeParts;
+        }
         // Also where the sum is not a number, which large residuals of a corrupt stream could make it.
         value = value > -kLimit ? (value < kLimit ? value : kLimit) : -kLimit;
-        point[c] = static_cast<std::int32_t>(std::floor(value + 0.5));
+        // floor(value + 0.5) without a call: truncation, and one less where that went up.
+        value += 0.5;
+        const auto truncated = static_cast<std::int32_t>(value);
+        point[c] = truncated - static_cast<std::int32_t>(value < static_cast<double>(truncated));
     }
     return point;
 }

@@ -25,6 +25,7 @@ inline constexpr std::int32_t kLatticeParts = 16;
 struct VertexPrediction {
     std::array<double, 3> place{};                             ///< lattice units
     std::array<double, 9> axes = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< rows: the directions of the residuals
+    bool in_world_axes = true;                                 ///< axes is the identity
     std::array<std::int32_t, 3> sizes{};  ///< expected magnitudes of the residuals, sixteenths of a step
     int gates = 0;                        ///< reference triangles behind it: 0, 1, 2 (or more)
 };

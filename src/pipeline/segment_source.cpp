@@ -57,8 +57,11 @@ Expected<SegmentReport> segment(const SegmentRequest& request, const Executor& e
                     "frames [" + std::to_string(begin) + ", " + std::to_string(end) + ") of a clip of " +
                         std::to_string(clip.frame_count()),
                     request.source.string());
-    // The frames, and the same again in blocks.
-    const std::int64_t needed_bytes = 24 * clip.vertex_count() * (end - begin);
+    // The frames, the same again in blocks, and a column of theta for every cluster.
+    constexpr std::int64_t kAutomatic = 256;  // clusters where their number is found on the way
+    const std::int64_t clusters = request.parameters.clusters > 0 ? request.parameters.clusters : kAutomatic;
+    const std::int64_t needed_bytes =
+        clip.vertex_count() * (24 * (end - begin) + 4 * std::min(clusters, clip.vertex_count()));
     if (needed_bytes > request.memory_bytes)
         return fail(ErrorCode::kLimit,
                     "these frames need " + std::to_string(needed_bytes >> 20) +
