@@ -113,8 +113,8 @@ TEST(Static, RateOnASmoothSurface) {
     };
     EXPECT_LT(bits(kMultiway), bits(kParallelogram));
     EXPECT_LT(bits(kLocalMultiway), bits(kLocalParallelogram));
-    EXPECT_LT(bits(kAuto), 5.5);
-    EXPECT_GT(bits(kAuto), 5.2);
+    EXPECT_LT(bits(kAuto), 5.3);
+    EXPECT_GT(bits(kAuto), 5.1);
 }
 
 TEST(Static, SameBytesForAnyExecutorAndThreads) {
