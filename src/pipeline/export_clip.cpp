@@ -2,6 +2,7 @@
 
 #include "io/mesh/mesh_file.h"
 #include "io/source_clip.h"
+#include "pipeline/frame_range.h"
 #include "pipeline/guarded.h"
 
 namespace batchenc {
@@ -29,13 +30,10 @@ Expected<std::int64_t> write_frames(const ExportRequest& request, const std::ato
     auto source = SourceClip::open(request.clip);
     if (!source) return tl::unexpected(source.error());
     SourceClip& clip = **source;
-    const std::int64_t begin = request.frame_begin;
-    const std::int64_t end = request.frame_end.value_or(clip.frame_count());
-    if (begin < 0 || begin >= end || end > clip.frame_count())
-        return fail(ErrorCode::kOutOfRange,
-                    "frames [" + std::to_string(begin) + ", " + std::to_string(end) + ") of a clip of " +
-                        std::to_string(clip.frame_count()),
-                    request.clip.string());
+    const auto span =
+        frames_of_clip(request.frame_begin, request.frame_end, clip.frame_count(), request.clip);
+    if (!span) return tl::unexpected(span.error());
+    const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
     if (end - begin > 1 && request.output.filename().string().find(kPlaceholder) == std::string::npos)
         return fail(
             ErrorCode::kInvalidArgument,

@@ -5,6 +5,7 @@
 #include "io/labels_file.h"
 #include "io/mesh/mesh_file.h"
 #include "io/source_clip.h"
+#include "pipeline/frame_range.h"
 #include "pipeline/guarded.h"
 #include "pipeline/stopwatch.h"
 
@@ -50,13 +51,10 @@ Expected<SegmentReport> segment(const SegmentRequest& request, const Executor& e
     auto source = SourceClip::open(request.source);
     if (!source) return tl::unexpected(source.error());
     SourceClip& clip = **source;
-    const std::int64_t begin = request.frame_begin;
-    const std::int64_t end = request.frame_end.value_or(clip.frame_count());
-    if (begin < 0 || begin >= end || end > clip.frame_count())
-        return fail(ErrorCode::kOutOfRange,
-                    "frames [" + std::to_string(begin) + ", " + std::to_string(end) + ") of a clip of " +
-                        std::to_string(clip.frame_count()),
-                    request.source.string());
+    const auto span =
+        frames_of_clip(request.frame_begin, request.frame_end, clip.frame_count(), request.source);
+    if (!span) return tl::unexpected(span.error());
+    const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
     // The frames, the same again in blocks, and a column of theta for every cluster.
     constexpr std::int64_t kAutomatic = 256;  // clusters where their number is found on the way
     const std::int64_t clusters = request.parameters.clusters > 0 ? request.parameters.clusters : kAutomatic;
