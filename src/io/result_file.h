@@ -38,9 +38,10 @@ struct ResultMetrics {
 
 /// What goes into /analysis for one clip.
 struct ClipAnalysis {
-    std::span<const std::int32_t> labels;       ///< V values; none where the coder has no clusters
-    std::span<const float> vertex_rmse;         ///< V values, world units
-    std::span<const double> cluster_deviation;  ///< N values, world units squared a frame (4.7); none likewise
+    std::span<const std::int32_t> labels;  ///< V values; none where the coder has no clusters
+    std::span<const float> vertex_rmse;    ///< V values, world units
+    std::span<const double>
+        cluster_deviation;  ///< N values, world units squared a frame (4.7); none likewise
 };
 
 /// Writes a result: beside its final name, checked, read back, synced, renamed. Either the whole new file

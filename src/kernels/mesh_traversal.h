@@ -29,9 +29,9 @@ struct MeshTraversal {
     std::vector<std::int32_t> order;       ///< V vertex indices
     std::vector<std::int32_t> first_gate;  ///< V + 1 values: gates of order[k] are gates[first_gate[k]] …
                                            ///< before gates[first_gate[k + 1]], at most kMostGates
-    std::vector<Gate> gates;           ///< those with a reference triangle; else at most one without
-    std::vector<std::int32_t> anchor;  ///< V values: a decoded vertex near order[k], for those without
-                                       ///< gates; -1 for the very first
+    std::vector<Gate> gates;               ///< those with a reference triangle; else at most one without
+    std::vector<std::int32_t> anchor;      ///< V values: a decoded vertex near order[k], for those without
+                                           ///< gates; -1 for the very first
 
     /// triangles: T, any, every index in [0, vertex_count), T below 2^31 / 3. Linear in time and memory.
     static MeshTraversal of(std::span<const Triangle> triangles, std::int64_t vertex_count);
