@@ -49,6 +49,7 @@ const float* load_into_scratch(PositionsView positions, std::int64_t first_verte
 
 /// Sets Segmentation::cluster_deviations (4.7).
 void evaluate(Segmentation& segmentation, std::int64_t frame_count) {
+    for (float& deviation : segmentation.deviations) deviation = bounded_deviation(deviation);
     const std::size_t clusters = segmentation.seed_triangles.size();
     std::vector<bool> counts(segmentation.labels.size(), true);
     for (const Triangle& t : segmentation.seed_triangles) {

@@ -47,7 +47,10 @@ class Adaptive {
           limits_(static_cast<std::size_t>(blocks.count() * kVertexBlock), -1.0f),
           refused_(vertex_count_, false) {}
 
-    Segmentation run(const GrowthLimits& limits) {
+    Segmentation run(GrowthLimits limits) {
+        // More clusters than this cannot all have more than a handful of vertices.
+        const auto most = static_cast<std::int32_t>(vertex_count_ / (kFewVertices + 1));
+        limits.count = std::min(limits.count, std::max(most, 1));
         // Where the number is to be found, growth begins with one.
         const double share = limits.average_deviation < 0.0 ? kInitialShare : 0.0;
         const auto initial = static_cast<std::int32_t>(share * static_cast<double>(limits.count));
@@ -255,7 +258,8 @@ class Adaptive {
         for (std::size_t v = 0; v < count; ++v) {
             if (labels_[first + v] < 0) limits[v] = kNoLimit;
         }
-        for (const std::int32_t i : nearest_first(block)) {
+        const std::vector<std::int32_t> clusters = nearest_first(block);
+        for (const std::int32_t i : clusters) {
             DeviationColumn& theta = clusters_[static_cast<std::size_t>(i)].theta;
             theta.extend(block, limits);
             for (std::size_t v = 0; v < count; ++v) {
@@ -263,6 +267,12 @@ class Adaptive {
                 limits[v] = limits_[first + v] = theta[first + v];
                 labels_[first + v] = i;
             }
+        }
+        // Coordinates whose squares float32 does not hold are infinitely bad everywhere.
+        for (std::size_t v = 0; v < count; ++v) {
+            if (labels_[first + v] >= 0) continue;
+            labels_[first + v] = clusters[0];
+            limits_[first + v] = kLargestDeviation;
         }
     }
 

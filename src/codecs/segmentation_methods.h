@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "codecs/segmentation.h"
@@ -20,6 +21,10 @@ struct SegmentationInput {
     SeedTriangleChooser& seed_triangles;
     const Executor& executor;
 };
+
+/// What stands for a deviation or variation that float32 cannot hold.
+inline constexpr float kLargestDeviation = std::numeric_limits<float>::max();
+inline float bounded_deviation(float value) { return value <= kLargestDeviation ? value : kLargestDeviation; }
 
 /// What is wrong with a seed triangle, in words for Segmentation::notes; empty when nothing is.
 std::string seed_triangle_note(std::int32_t cluster, std::int32_t seed, const SeedTriangle& triangle);

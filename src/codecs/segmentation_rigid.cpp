@@ -89,7 +89,7 @@ class Refinement {
                 }
                 const auto at = static_cast<std::size_t>(v);
                 labels_[at] = static_cast<std::int32_t>(best);
-                variations_[at] = value(best, kVariation);
+                variations_[at] = bounded_deviation(value(best, kVariation));
                 for (std::int64_t axis = 0; axis < 3; ++axis)
                     rest_[3 * at + static_cast<std::size_t>(axis)] = value(best, kMeanX + axis);
             }

@@ -64,6 +64,8 @@ LocalFrameTrack rigid_motion(PositionsView positions, std::span<const std::int32
         // K leaves open.
         Eigen::Matrix3d covariance = sums.block<3, 3>(0, 3 * f).cast<double>().transpose();
         covariance += (1e-7 * covariance.norm() + 1e-30) * rotation.transpose();
+        // Squares that float32 does not hold say nothing of the rotation either.
+        if (!covariance.allFinite()) covariance = rotation.transpose();
         const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
         const double handedness =
             (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0.0 ? -1.0 : 1.0;

@@ -177,6 +177,31 @@ TEST(Segmentation, AdaptiveIsNoWorseThanClusteringAndRigidNoWorseThanAdaptive) {
     }
 }
 
+// Their squares do not fit into float32: nothing can be told apart, and nothing may break.
+TEST(Segmentation, SurvivesHugeAndTinyCoordinates) {
+    for (const double size : {1e-44, 1e-30, 1e18, 1e25, 1e37, 3e38}) {
+        const MeshSequence clip = test::sheet(12, 12, 6, [size](const std::array<double, 3>& p, double time) {
+            const auto q = test::bend(p, time);
+            return std::array<double, 3>{0.2 * size * q[0], 0.2 * size * q[1], 0.2 * size * q[2]};
+        });
+        for (const SegmentationMethod method : kMethods) {
+            for (const std::int32_t clusters : {0, 1, 7, 500}) {
+                const Segmentation found = segment(clip, {.method = method, .clusters = clusters});
+                for (const std::int32_t label : found.labels)
+                    ASSERT_TRUE(label >= 0 && label < found.cluster_count()) << size;
+                EXPECT_TRUE(std::isfinite(found.average_deviation())) << size << " " << to_name(method);
+            }
+        }
+    }
+}
+
+TEST(Segmentation, AsManyClustersAsVerticesAreManyClusters) {
+    const MeshSequence clip = test::sheet(20, 20, 12);
+    for (const SegmentationMethod method : kMethods) {
+        EXPECT_GT(segment(clip, {.method = method, .clusters = 400}).cluster_count(), 20) << to_name(method);
+    }
+}
+
 TEST(Segmentation, OneFrameGoesToTheNearestSeed) {
     const MeshSequence clip = test::sheet(20, 1, 1);
     SegmentationParameters parameters;
