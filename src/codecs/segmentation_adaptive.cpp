@@ -210,11 +210,11 @@ class Adaptive {
 
     /// Grows until the modelled bits have not fallen for a while; returns where they were lowest.
     std::int32_t grow_while_bits_fall(const GrowthLimits& limits) {
-        constexpr std::int32_t kMost = 65535;
         double carrying = carrying_bits(clusters_[0].triangle.vertices);
         double best_bits = carrying + stepping_bits();
         std::int32_t best_count = 1;
-        for (std::int32_t count = 1; count - best_count < kPatience && count < kMost; ++count) {
+        for (std::int32_t count = 1; count - best_count < kPatience && count < kMostAutomaticClusters;
+             ++count) {
             grow(count + 1, limits);
             if (static_cast<std::int32_t>(clusters_.size()) == count) break;
             carrying += carrying_bits(clusters_.back().triangle.vertices);
@@ -247,6 +247,9 @@ class Adaptive {
         }
         input_.executor.for_each(static_cast<std::int64_t>(open.size()),
                                  [&](std::int64_t k) { find_clusters(open[static_cast<std::size_t>(k)]); });
+        // A corner that had belonged to a removed cluster first may be one of a kept cluster, too.
+        for (std::size_t i = 0; i < clusters_.size(); ++i)
+            pin(clusters_[i].triangle.vertices, static_cast<std::int32_t>(i));
     }
 
     /// The cluster of smallest theta for those vertices of a block that have none.

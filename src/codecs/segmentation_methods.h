@@ -51,7 +51,7 @@ struct GrowthLimits {
     double average_deviation = -1.0;  // stop at or below this; world units squared a frame, negative: never
 };
 
-/// Adaptive clustering (4.6): grows from one cluster, each new one seeded by the worst vertex of the worst
+/// Adaptive clustering (4.6): grows from a few clusters, each new one seeded by the worst vertex of the worst
 /// cluster; a seed that gathers no more than a handful of vertices is passed over; then merges pairs that
 /// improve, dissolves small clusters and grows again what that has freed.
 ///

@@ -48,6 +48,9 @@ std::string_view to_name(SegmentationMethod method);
 std::string_view to_name(CoordinateSpace space);
 std::string_view to_name(GeometryPredictor predictor);
 
+/// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
+inline constexpr std::int32_t kMostAutomaticClusters = 1024;
+
 struct SegmentationParameters {
     SegmentationMethod method = SegmentationMethod::kClustering;
     std::int32_t clusters = 20;  ///< wanted number of clusters, 0 … 65535; 0: as many as pay (4.6 with

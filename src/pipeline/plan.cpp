@@ -120,9 +120,8 @@ std::int64_t clip_memory_bytes(const JobPlan& plan) {
     // LCFs, seed triangles and coefficients of every cluster over time, and the double-precision copy that
     // the SVD of a cluster makes, of which one a thread lives; with few clusters that is the clip again,
     // twice as wide.
-    constexpr std::int64_t kAutomatic = 256;  // clusters where their number is found on the way
-    const std::int64_t wanted =
-        plan.job.segmentation.clusters > 0 ? plan.job.segmentation.clusters : kAutomatic;
+    const std::int64_t wanted = plan.job.segmentation.clusters > 0 ? plan.job.segmentation.clusters
+                                                                   : std::int64_t{kMostAutomaticClusters};
     const std::int64_t clusters = std::min(wanted, vertices);
     // Columns of theta, while the decoded clip and the codec's copy are not there yet.
     const std::int64_t theta =

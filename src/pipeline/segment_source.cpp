@@ -56,8 +56,8 @@ Expected<SegmentReport> segment(const SegmentRequest& request, const Executor& e
     if (!span) return tl::unexpected(span.error());
     const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
     // The frames, the same again in blocks, and a column of theta for every cluster.
-    constexpr std::int64_t kAutomatic = 256;  // clusters where their number is found on the way
-    const std::int64_t clusters = request.parameters.clusters > 0 ? request.parameters.clusters : kAutomatic;
+    const std::int64_t clusters =
+        request.parameters.clusters > 0 ? request.parameters.clusters : std::int64_t{kMostAutomaticClusters};
     const std::int64_t needed_bytes =
         clip.vertex_count() * (24 * (end - begin) + 4 * std::min(clusters, clip.vertex_count()));
     if (needed_bytes > request.memory_bytes)
