@@ -8,6 +8,10 @@ namespace batchenc {
 
 namespace {
 
+std::string to_text(const Triangle& t) {
+    return "(" + std::to_string(t[0]) + ", " + std::to_string(t[1]) + ", " + std::to_string(t[2]) + ")";
+}
+
 /// How a mesh differs from the first one, in words; empty where it does not.
 std::string difference(const Mesh& first, const Mesh& mesh) {
     if (mesh.vertex_count() != first.vertex_count())
@@ -16,7 +20,9 @@ std::string difference(const Mesh& first, const Mesh& mesh) {
         return std::to_string(mesh.triangles.size()) + " triangles, not " +
                std::to_string(first.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (mesh.triangles[t] != first.triangles[t]) return "another triangle " + std::to_string(t);
+        if (mesh.triangles[t] != first.triangles[t])
+            return to_text(mesh.triangles[t]) + " for triangle " + std::to_string(t) + ", not " +
+                   to_text(first.triangles[t]);
     }
     return {};
 }

@@ -107,16 +107,93 @@ TEST(MeshFile, RefusesWithThePlace) {
     expect(".off", "OFF\n1 1 0\n0 0 0\n9999999999 0 0\n", kFormat, "face 0 of 1");
     expect(".ply", "plx\n", kFormat, "ply");
     expect(".ply", "ply\nelement vertex 1\nend_header\n", kFormat, "format");
-    expect(".ply", "ply\nformat ascii 1.0\nelement vertex 1000000000000\nend_header\n", kFormat,
-           "no coordinates");
-    expect(".ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n", kFormat,
-           "x, y and z");
+    const std::string vertex = "element vertex 1\n", x = "property float x\n", y = "property float y\n",
+                      z = "property float z\n", end = "end_header\n", ascii = "ply\nformat ascii 1.0\n";
+    expect(".ply", ascii + "element vertex 1000000000000\n" + end, kFormat, "one z");
+    expect(".ply", ascii + vertex + x + end + "0\n", kFormat, "one z");
+    expect(".ply", ascii + vertex + x + x + y + end + "0 0 0\n", kFormat, "one z");
+    expect(".ply", ascii + vertex + x + y + z + x + end + "0 0 0 0\n", kFormat, "one x");
+    expect(".ply", ascii + vertex + "property list uchar float x\n" + y + z + end + "1 0 0 0\n", kFormat,
+           "one x");
+    expect(".ply", ascii + vertex + x + y + z + vertex + x + y + z + end + "0 0 0\n0 0 0\n", kFormat,
+           "two elements");
+    const std::string head = ascii + vertex + x + y + z + "element face 2\n",
+                      list = "property list uchar int vertex_index\n";
+    expect(".ply", head + "property list uchar int others\n" + end + "0 0 0\n1 0\n1 0\n", kFormat,
+           "vertex_indices");
+    expect(".ply", head + list + list + end + "0 0 0\n1 0 1 0\n1 0 1 0\n", kFormat, "vertex_indices");
+    expect(".ply", head + list + end + "0 0 0\n3 0 0 0\n3 0 0 1\n", kOutOfRange,
+           "face 1 names vertex 1, counted from 0, of 1");
+    expect(".ply", head + list + end + "0 0 0\n3 0 0 0\n3 0 0 -1\n", kOutOfRange, "face 1 names vertex -1");
+    expect(".ply", head + list + end + "0 0 0\n3 0 0 0\n3 0 0 0.5\n", kFormat, "face 1 of 2");
+    expect(".ply", head + list + end + "0 0 0\n-1\n", kFormat, "face 0 of 2");
+    expect(".ply", ascii + vertex + x + y + "property double z\n" + end + "0 0 1e39\n", kNotFinite,
+           "vertex 0");
     expect(".ply", "ply\nformat ascii 1.0\nproperty float x\nend_header\n", kFormat, "mesh.ply:3: ");
     expect(".ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n", kFormat,
            "mesh.ply:4: ");
     expect(".stl", "solid\n", kUnsupported, ".obj, .off or .ply");
     EXPECT_EQ(read_mesh("nowhere.obj").error().code, kIo);
 }
+
+TEST(MeshFile, RefusesWhatNoClipCanHave) {
+    const TemporaryFolder folder;
+    testing::write_bytes(folder / "mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3 1\n");
+    SourceLimits limits{.max_vertices = 3, .max_frames = 1, .max_triangles = 3};
+    EXPECT_TRUE(read_mesh(folder / "mesh.obj", limits));
+    limits.max_triangles = 2;
+    EXPECT_EQ(read_mesh(folder / "mesh.obj", limits).error().code, ErrorCode::kLimit);
+    limits = {.max_vertices = 2, .max_frames = 1, .max_triangles = 3};
+    EXPECT_EQ(read_mesh(folder / "mesh.obj", limits).error().code, ErrorCode::kLimit);
+}
+
+TEST(MeshFile, RoundsToTheNearestFloat) {
+    // By way of double it would be the neighbour: the decimal is next to the middle between two.
+    const std::string word = "7.038531e-26";
+    for (const auto& [extension, bytes] :
+         {std::pair<std::string, std::string>{".obj", "v " + word + " 1e-400 -1e-9999999999999999999999\n"},
+          {".off", "OFF\n1 0 0\n" + word + " 0." + std::string(400, '0') + "1 -0e99999\n"},
+          {".ply",
+           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty double y\nproperty "
+           "float z\nend_header\n" +
+               word + " 1e-400 -1e-50\n"}}) {
+        const auto mesh = read(extension, bytes);
+        ASSERT_TRUE(mesh) << mesh.error().to_string();
+        EXPECT_EQ(mesh->positions, (std::vector<float>{7.038531e-26f, 0.0f, -0.0f})) << extension;
+        EXPECT_TRUE(std::signbit(mesh->positions[2])) << extension;
+    }
+    for (const char* large : {"1e400", "1e9999999999999999999999", "0.01e42",
+                              "34028236000000000000000000000000"
+                              "00000000"}) {
+        const auto mesh = read(".obj", std::string("v 0 0 ") + large + "\n");
+        ASSERT_FALSE(mesh) << large;
+        EXPECT_EQ(mesh.error().code, ErrorCode::kNotFinite) << large;
+    }
+    EXPECT_EQ(read(".obj", "v 0 0 +-1\n").error().code, ErrorCode::kFormat);
+}
+
+TEST(MeshFile, ReadsCoordinatesOfAnyType) {
+    const auto head = [](const char* format) {
+        return std::string("ply\nformat ") + format +
+               " 1.0\nelement vertex 1\nproperty uint32 x\nproperty short y\nproperty char z\nelement face "
+               "1\nproperty list int8 uint8 vertex_indices\nend_header\n";
+    };
+    const auto expect = [](const Expected<Mesh>& mesh) {
+        ASSERT_TRUE(mesh) << mesh.error().to_string();
+        EXPECT_EQ(mesh->positions, (std::vector<float>{4278190080.0f, -2, -128}));
+        EXPECT_EQ(mesh->triangles, (std::vector<Triangle>{{0, 0, 0}}));
+    };
+    expect(read(".ply", head("ascii") + "4278190080 -2 -128 3 0 0 0\n"));
+    expect(read(".ply",
+                head("binary_big_endian") + std::string("\xff\x00\x00\x00\xff\xfe\x80\x03\x00\x00\x00", 11)));
+    expect(read(".ply", head("binary_little_endian") +
+                            std::string("\x00\x00\x00\xff\xfe\xff\x80\x03\x00\x00\x00", 11)));
+    // A list of negative size.
+    EXPECT_FALSE(read(
+        ".ply", head("binary_big_endian") + std::string("\xff\x00\x00\x00\xff\xfe\x80\xff\x00\x00\x00", 11)));
+}
+
+TEST(MeshFile, ReadsExtensionsInCapitals) { expect_square(read(".OBJ", kObj), "capitals"); }
 
 TEST(MeshFile, SurvivesEveryTruncationAndFlippedByte) {
     const std::pair<std::string, std::string> files[] = {{".obj", kObj},
@@ -151,7 +228,8 @@ TEST(MeshFile, SurvivesEveryTruncationAndFlippedByte) {
 
 TEST(MeshFile, WritesWhatItReads) {
     const TemporaryFolder folder;
-    std::vector<float> places = {0.1f, -1e-30f, 3.4e38f, 1.0f / 3.0f, 16777216.0f, -0.0f, 1e-44f, 2.5f, 7};
+    std::vector<float> places = {0.1f,  -1e-30f, 3.4e38f, 1.0f / 3.0f,  16777216.0f,
+                                 -0.0f, 1e-44f,  2.5f,    7.038531e-26f};
     const std::vector<Triangle> triangles = {{2, 0, 1}, {1, 1, 0}};
     for (const char* name : {"a.obj", "a.off", "a.ply"}) {
         const auto path = folder / name;

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/mesh_sequence.h"
+#include "io/source_clip.h"
 
 namespace batchenc {
 
@@ -22,23 +23,26 @@ struct Mesh {
     std::int64_t vertex_count() const { return static_cast<std::int64_t>(positions.size() / 3); }
 };
 
-/// Reads a mesh by the extension of its file: .obj (Wavefront), .off, .ply (ascii and both binary orders).
-/// Normals, texture coordinates, colours, groups and materials are passed over. Coordinates are rounded to
-/// float32.
+/// Reads a mesh by the extension of its file, in capitals or not: .obj (Wavefront), .off, .ply (ascii and
+/// both binary orders). Normals, texture coordinates, colours, groups and materials are passed over.
+/// Coordinates become the nearest float32.
 ///
-/// Errors, with "file:line" or "file" as `where`: kIo (cannot read), kUnsupported (another extension),
-/// kFormat (syntax, an early end, counts that the file cannot hold), kOutOfRange (a corner that is no
-/// vertex), kNotFinite (NaN, Inf, or too large for float32), kOutOfMemory.
-Expected<Mesh> read_mesh(const std::filesystem::path& path);
+/// limits: what a source clip may have, so that whatever is read can stand in one.
+///
+/// Errors, with "file:line" as `where`, or "file" and the number of the vertex or face in the message: kIo
+/// (cannot read), kUnsupported (another extension), kFormat (syntax, an early end, counts that the file
+/// cannot hold), kOutOfRange (a corner that is no vertex), kNotFinite (NaN, Inf, or too large for float32),
+/// kLimit (more vertices or triangles), kOutOfMemory.
+Expected<Mesh> read_mesh(const std::filesystem::path& path, const SourceLimits& limits = {});
 
 /// Red, green, blue, 0 … 255.
 using Color = std::array<std::uint8_t, 3>;
 
-/// Writes a mesh by the extension of its file: .obj, .off, .ply (binary, little-endian). Text has the
-/// shortest digits that read back as the same float32. The file appears whole or not at all.
+/// Writes a mesh by the extension of its file, in capitals or not: .obj, .off, .ply (binary, little-endian).
+/// Text has the shortest digits that read back as the same float32. The file appears whole or not at all.
 ///
 /// positions: one frame, V vertices. triangles: may be empty. colors: V values, or none; in .ply alone.
-/// Errors: kUnsupported (another extension), kExists (overwrite not given), kIo.
+/// Errors: kUnsupported (another extension), kExists (overwrite not given), kIo, kOutOfMemory.
 Expected<void> write_mesh(const std::filesystem::path& path, PositionsView positions,
                           std::span<const Triangle> triangles, std::span<const Color> colors, bool overwrite);
 

@@ -2,14 +2,20 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "io/mesh/mesh_file.h"
 
-/// What the readers of the single formats share. Inside src/io/mesh only.
+/// What the readers and writers of the single formats share. Inside src/io/mesh only.
 namespace batchenc::mesh {
+
+enum class Format { kObj, kOff, kPly };
+
+/// By the extension, in capitals or not; nothing where it is another.
+std::optional<Format> format_of(const std::filesystem::path& path);
 
 /// Words of a text, line after line.
 class TextReader {
@@ -39,16 +45,23 @@ class TextReader {
     std::string_view rest_;  // of the line, in the text or in joined_
 };
 
-/// A whole word as a number; nothing where it is none.
+/// Of a decimal number that std::from_chars finds out of range, whether it is too large; else it is too close
+/// to zero.
+bool is_too_large(std::string_view word);
+
+/// A whole word as a number; nothing where it is none. To be asked for the type that is wanted in the end:
+/// a decimal that is rounded to double first may end in the wrong float32.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view word) {
-    if (word.starts_with('+')) word.remove_prefix(1);
+    if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
     Number value{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     const bool is_out_of_range = error == std::errc::result_out_of_range && end == word.data() + word.size();
     if constexpr (std::is_floating_point_v<Number>) {
-        // Beyond the range of double: as good as infinite, and refused as that.
-        if (is_out_of_range) return word.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
+        // Too large is as good as infinite, and refused as that; too small is rounded to zero.
+        if (is_out_of_range)
+            return std::copysign(is_too_large(word) ? std::numeric_limits<Number>::infinity() : Number{0},
+                                 word.starts_with('-') ? Number{-1} : Number{1});
     }
     if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
     return value;
@@ -57,7 +70,7 @@ std::optional<Number> parse_number(std::string_view word) {
 /// Collects a mesh and checks what comes in.
 class MeshBuilder {
  public:
-    explicit MeshBuilder(std::string file) : file_(std::move(file)) {}
+    MeshBuilder(std::string file, const SourceLimits& limits) : file_(std::move(file)), limits_(limits) {}
 
     /// An error about this place; line 0 is the file as a whole.
     tl::unexpected<Error> refuse(ErrorCode code, std::string message, std::int64_t line = 0) const {
@@ -66,19 +79,22 @@ class MeshBuilder {
 
     Expected<void> add_vertex(const std::array<double, 3>& place, std::int64_t line);
     /// corners: vertex indices from 0; that they exist is checked by finish(), because a file may name
-    /// vertices that come later. Negative ones are refused here.
+    /// vertices that come later. Negative ones are refused here. Errors name the face, counted from 0.
     Expected<void> add_face(std::span<const std::int64_t> corners, std::int64_t line);
     std::int64_t vertex_count() const { return mesh_.vertex_count(); }
     Expected<Mesh> finish();
 
  private:
     std::string file_;
+    SourceLimits limits_;
     Mesh mesh_;
-    std::int64_t largest_corner_ = -1, largest_corner_line_ = 0;
+    std::int64_t face_count_ = 0;
+    std::int64_t largest_corner_ = -1, largest_corner_face_ = 0, largest_corner_line_ = 0;
 };
 
-Expected<Mesh> read_obj(std::string_view text, const std::string& file);
-Expected<Mesh> read_off(std::string_view text, const std::string& file);
-Expected<Mesh> read_ply(std::string_view bytes, const std::string& file);
+/// The content of a file into a builder that has nothing yet.
+Expected<Mesh> read_obj(std::string_view text, MeshBuilder& builder);
+Expected<Mesh> read_off(std::string_view text, MeshBuilder& builder);
+Expected<Mesh> read_ply(std::string_view bytes, MeshBuilder& builder);
 
 }  // namespace batchenc::mesh

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "io/hdf5/durable_file.h"
-#include "io/mesh/mesh_file.h"
+#include "io/mesh/mesh_formats.h"
 
 namespace batchenc {
 
@@ -91,15 +91,15 @@ Expected<void> write_mesh(const std::filesystem::path& path, PositionsView posit
                           std::span<const Triangle> triangles, std::span<const Color> colors,
                           bool overwrite) {
     try {
-        const std::string extension = path.extension().string();
-        if (extension != ".obj" && extension != ".off" && extension != ".ply")
+        const auto format = mesh::format_of(path);
+        if (!format)
             return fail(ErrorCode::kUnsupported, "is no .obj, .off or .ply; other formats are not written",
                         path.string());
         auto target = DurableFile::create(path, overwrite);
         if (!target) return tl::unexpected(target.error());
-        const std::string bytes = extension == ".obj"   ? obj_of(positions, triangles)
-                                  : extension == ".off" ? off_of(positions, triangles)
-                                                        : ply_of(positions, triangles, colors);
+        const std::string bytes = *format == mesh::Format::kObj   ? obj_of(positions, triangles)
+                                  : *format == mesh::Format::kOff ? off_of(positions, triangles)
+                                                                  : ply_of(positions, triangles, colors);
         std::ofstream file(target->temporary_path(), std::ios::binary);
         file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         file.close();

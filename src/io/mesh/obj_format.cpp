@@ -2,8 +2,7 @@
 
 namespace batchenc::mesh {
 
-Expected<Mesh> read_obj(std::string_view text, const std::string& file) {
-    MeshBuilder builder(file);
+Expected<Mesh> read_obj(std::string_view text, MeshBuilder& builder) {
     TextReader reader(text, '#', true);
     std::vector<std::int64_t> corners;
     while (reader.next_line()) {
@@ -11,7 +10,7 @@ Expected<Mesh> read_obj(std::string_view text, const std::string& file) {
         if (keyword == "v") {
             std::array<double, 3> place;
             for (double& value : place) {
-                const auto number = parse_number<double>(reader.next_word());
+                const auto number = parse_number<float>(reader.next_word());
                 if (!number)
                     return builder.refuse(ErrorCode::kFormat, "a vertex wants three numbers", reader.line());
                 value = *number;

@@ -2,8 +2,7 @@
 
 namespace batchenc::mesh {
 
-Expected<Mesh> read_off(std::string_view text, const std::string& file) {
-    MeshBuilder builder(file);
+Expected<Mesh> read_off(std::string_view text, MeshBuilder& builder) {
     TextReader reader(text, '#');
     const std::string_view magic = reader.next_word_anywhere();
     // Normals (N), colours (C) and texture coordinates (ST) stand behind a vertex' place.
@@ -22,7 +21,7 @@ Expected<Mesh> read_off(std::string_view text, const std::string& file) {
         std::array<double, 3> place;
         const bool has_line = reader.next_line();
         for (double& value : place) {
-            const auto number = parse_number<double>(has_line ? reader.next_word() : std::string_view());
+            const auto number = parse_number<float>(has_line ? reader.next_word() : std::string_view());
             if (!number)
                 return builder.refuse(ErrorCode::kFormat,
                                       "vertex " + std::to_string(v) + " of " + std::to_string(counts[0]) +

@@ -45,7 +45,11 @@ class Body {
         : bytes_(bytes), text_(bytes, '\0'), is_text_(is_text), is_big_endian_(is_big_endian) {}
 
     std::optional<double> next(Scalar type) {
-        if (is_text_) return parse_number<double>(text_.next_word_anywhere());
+        if (is_text_) {
+            const std::string_view word = text_.next_word_anywhere();
+            if (type == Scalar::kFloat32) return parse_number<float>(word);
+            return parse_number<double>(word);
+        }
         switch (type) {
             case Scalar::kInt8:
                 return take<std::int8_t>();
@@ -145,13 +149,49 @@ std::optional<std::int64_t> whole(std::optional<double> value) {
     return static_cast<double>(number) == *value ? std::optional(number) : std::nullopt;
 }
 
+/// What a property is to a mesh.
+enum class Role { kX, kY, kZ, kCorners, kNone };
+
+Role role_of(const Element& element, const Property& property) {
+    const std::string& name = property.name;
+    if (element.name == "vertex" && !property.count_type)
+        return name == "x" ? Role::kX : name == "y" ? Role::kY : name == "z" ? Role::kZ : Role::kNone;
+    if (element.name == "face" && property.count_type && (name == "vertex_indices" || name == "vertex_index"))
+        return Role::kCorners;
+    return Role::kNone;
+}
+
+/// That vertices and faces come once each, with what a mesh needs of them named once: a second one could
+/// only be guessed at.
+Expected<void> check_elements(const Header& header, const MeshBuilder& builder) {
+    int vertex_elements = 0, face_elements = 0;
+    for (const Element& element : header.elements) {
+        const auto count = [&](Role role) {
+            return std::ranges::count_if(element.properties,
+                                         [&](const Property& p) { return role_of(element, p) == role; });
+        };
+        if (element.name == "vertex") {
+            ++vertex_elements;
+            if (count(Role::kX) != 1 || count(Role::kY) != 1 || count(Role::kZ) != 1)
+                return builder.refuse(ErrorCode::kFormat, "its vertices want one x, one y and one z");
+        } else if (element.name == "face") {
+            ++face_elements;
+            if (element.count > 0 && count(Role::kCorners) != 1)
+                return builder.refuse(ErrorCode::kFormat,
+                                      "its faces want one list vertex_indices or vertex_index");
+        }
+    }
+    if (vertex_elements > 1 || face_elements > 1)
+        return builder.refuse(ErrorCode::kFormat, "has two elements of one name");
+    return {};
+}
+
 Expected<void> read_element(const Element& element, Body& body, MeshBuilder& builder) {
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     // An element without properties has no bytes: whatever its count is, there is nothing to walk over.
-    if (element.properties.empty()) {
-        if (is_vertex) return builder.refuse(ErrorCode::kFormat, "the vertices have no coordinates");
-        return {};
-    }
+    if (element.properties.empty()) return {};
+    std::vector<Role> roles;
+    for (const Property& property : element.properties) roles.push_back(role_of(element, property));
     std::vector<std::int64_t> corners;
     for (std::int64_t k = 0; k < element.count; ++k) {
         const auto refuse = [&](const char* what) {
@@ -159,38 +199,30 @@ Expected<void> read_element(const Element& element, Body& body, MeshBuilder& bui
                                                           std::to_string(element.count) + ": " + what);
         };
         std::array<double, 3> place{};
-        int coordinates = 0;
         corners.clear();
-        for (const Property& property : element.properties) {
+        for (std::size_t p = 0; p < roles.size(); ++p) {
+            const Property& property = element.properties[p];
             if (!property.count_type) {
                 const auto value = body.next(property.type);
                 if (!value) return refuse("the file ends, or a word is no number");
-                if (is_vertex && property.name.size() == 1 && property.name[0] >= 'x' &&
-                    property.name[0] <= 'z') {
-                    place[static_cast<std::size_t>(property.name[0] - 'x')] = *value;
-                    ++coordinates;
-                }
+                if (roles[p] != Role::kNone) place[static_cast<std::size_t>(roles[p])] = *value;
                 continue;
             }
-            const bool are_corners =
-                is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
             const auto size = whole(body.next(*property.count_type));
             if (!size || *size < 0) return refuse("a list of no size");
             for (std::int64_t i = 0; i < *size; ++i) {
                 const auto value = body.next(property.type);
                 if (!value) return refuse("the file ends inside a list, or a word is no number");
-                if (!are_corners) continue;
+                if (roles[p] != Role::kCorners) continue;
                 const auto corner = whole(value);
                 if (!corner) return refuse("a corner is no whole number");
                 corners.push_back(*corner);
             }
         }
-        if (is_vertex && coordinates != 3) return refuse("has no x, y and z");
         if (is_vertex) {
             if (auto added = builder.add_vertex(place, 0); !added) return added;
         } else if (is_face) {
-            if (auto added = builder.add_face(corners, 0); !added)
-                return fail_within("face " + std::to_string(k), added.error());
+            if (auto added = builder.add_face(corners, 0); !added) return added;
         }
     }
     return {};
@@ -198,10 +230,10 @@ Expected<void> read_element(const Element& element, Body& body, MeshBuilder& bui
 
 }  // namespace
 
-Expected<Mesh> read_ply(std::string_view bytes, const std::string& file) {
-    MeshBuilder builder(file);
+Expected<Mesh> read_ply(std::string_view bytes, MeshBuilder& builder) {
     const auto header = read_header(bytes, builder);
     if (!header) return tl::unexpected(header.error());
+    if (auto checked = check_elements(*header, builder); !checked) return tl::unexpected(checked.error());
     Body body(bytes.substr(header->size_bytes), header->is_text, header->is_big_endian);
     for (const Element& element : header->elements) {
         if (auto read = read_element(element, body, builder); !read) return tl::unexpected(read.error());
