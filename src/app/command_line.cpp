@@ -252,6 +252,7 @@ struct Parser {
                          "Mesh to be written; of several frames its name has {frame}, for the frame's number")
             ->required();
         add_frames_option(*command, exporting.frames);
+        command->add_flag("--ascii", exporting.ascii, "Write .ply as text, as .obj and .off always are");
         command->add_flag("--overwrite", exporting.overwrite, "Replace files that exist");
         command->footer(
             "Examples:\n  batchenc export clip.h5 -o frame_{frame}.obj\n"

@@ -72,6 +72,7 @@ struct ExportOptions {
     std::filesystem::path clip;
     std::filesystem::path output;
     FrameRange frames;
+    bool ascii = false;
     bool overwrite = false;
 };
 

@@ -15,6 +15,7 @@ int run_command(const ExportOptions& options, const CommonOptions& common, const
     request.frame_begin = options.frames.begin;
     request.frame_end = options.frames.end;
     request.overwrite = options.overwrite;
+    request.ascii = options.ascii;
 
     Expected<std::int64_t> count;
     {

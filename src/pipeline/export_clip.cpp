@@ -48,7 +48,8 @@ Expected<std::int64_t> write_frames(const ExportRequest& request, const std::ato
         const MutablePositionsView frame(positions.data(), 1, clip.vertex_count());
         if (auto read = clip.read_frames(f, frame); !read) return tl::unexpected(read.error());
         if (auto done =
-                write_mesh(path_of_frame(request.output, f, end), frame, *triangles, {}, request.overwrite);
+                write_mesh(path_of_frame(request.output, f, end), frame, *triangles, {}, request.overwrite,
+                           request.ascii ? PlyEncoding::kAscii : PlyEncoding::kBinary);
             !done)
             return tl::unexpected(done.error());
         progress(static_cast<double>(f + 1 - begin) / static_cast<double>(end - begin));

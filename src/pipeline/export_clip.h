@@ -15,6 +15,7 @@ struct ExportRequest {
     std::int64_t frame_begin = 0;           ///< first frame that is wanted
     std::optional<std::int64_t> frame_end;  ///< one past the last; nothing means to the end
     bool overwrite = false;
+    bool ascii = false;  ///< .ply as text
 };
 
 /// Writes frames of a clip as meshes, one in memory at a time; {frame} in the name stands for the frame's

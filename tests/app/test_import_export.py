@@ -1,6 +1,7 @@
 """The commands `import` and `export`: meshes of other formats into clips and back, read by simple readers of this file."""
 
 import random
+import shutil
 import signal
 import struct
 import subprocess
@@ -89,18 +90,22 @@ class ImportExport(ProgramTest):
         self.write_clip("clip.h5", self.positions, self.triangles, fps=24.0)
 
     def test_there_and_back(self):
-        for extension in ("obj", "off", "ply"):
-            with self.subTest(extension):
+        for extension, more in (("obj", []), ("off", []), ("ply", []), ("ply", ["--ascii"]), ("obj", ["--ascii"])):
+            with self.subTest(extension, more=more):
+                shutil.rmtree(self.folder / extension, ignore_errors=True)
                 done = self.run_program("export", "clip.h5", "-o", f"out/f_{{frame}}.{extension}", expect=1)
                 self.assertIn("out", done.stderr)
                 (self.folder / extension).mkdir()
-                self.run_program("export", "clip.h5", "-o", f"{extension}/f_{{frame}}.{extension}")
+                self.run_program("export", "clip.h5", "-o", f"{extension}/f_{{frame}}.{extension}", *more)
                 files = [f"{extension}/f_{k:04}.{extension}" for k in range(12)]
                 self.assertEqual(self.files(extension), [file.split("/")[1] for file in files])
                 places, triangles = read_any(self.folder / files[5])
                 np.testing.assert_array_equal(places, self.positions[5])
                 np.testing.assert_array_equal(triangles, self.triangles)
-                self.run_program("import", *files, "-o", f"{extension}.h5", "--fps", 24)
+                if extension == "ply":
+                    is_text = b"format ascii" in (self.folder / files[5]).read_bytes()
+                    self.assertEqual(is_text, bool(more))
+                self.run_program("import", *files, "-o", f"{extension}.h5", "--fps", 24, "--overwrite")
                 positions, triangles = self.read_clip(f"{extension}.h5")
                 np.testing.assert_array_equal(positions, self.positions)
                 np.testing.assert_array_equal(triangles, self.triangles)
@@ -117,8 +122,8 @@ class ImportExport(ProgramTest):
         values[0] = np.uint32(0x15AE43FD).view(np.float32)  # 7.038531e-26
         positions = values.reshape(1, -1, 3)
         self.write_clip("wild.h5", positions)
-        for name in ("w.obj", "w.off", "w.ply"):
-            self.run_program("export", "wild.h5", "-o", name)
+        for name, more in (("w.obj", []), ("w.off", []), ("w.ply", []), ("t.ply", ["--ascii"])):
+            self.run_program("export", "wild.h5", "-o", name, *more)
             self.run_program("import", name, "-o", "back.h5", "--overwrite")
             back, triangles = self.read_clip("back.h5")
             np.testing.assert_array_equal(back.view(np.uint32), positions.view(np.uint32), name)

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 
 #include "hdf5_test_file.h"
 
@@ -226,14 +228,35 @@ TEST(MeshFile, SurvivesEveryTruncationAndFlippedByte) {
     }
 }
 
+TEST(MeshFile, WritesColoursInBothEncodings) {
+    const TemporaryFolder folder;
+    const std::vector<float> places = {0.1f, 2, 3, 4, 5, 6, 7, 8, -9};
+    const std::vector<Triangle> triangles = {{2, 0, 1}};
+    const std::vector<Color> colors = {{1, 2, 3}, {255, 0, 7}, {9, 9, 9}};
+    for (const auto encoding : {PlyEncoding::kBinary, PlyEncoding::kAscii}) {
+        ASSERT_TRUE(write_mesh(folder / "a.ply", {places.data(), 1, 3}, triangles, colors, true, encoding));
+        const auto mesh = read_mesh(folder / "a.ply");
+        ASSERT_TRUE(mesh) << mesh.error().to_string();
+        EXPECT_EQ(mesh->positions, places);
+        EXPECT_EQ(mesh->triangles, triangles);
+    }
+    std::ifstream file(folder / "a.ply");
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_TRUE(text.ends_with("\n0.1 2 3 1 2 3\n4 5 6 255 0 7\n7 8 -9 9 9 9\n3 2 0 1\n")) << text;
+}
+
 TEST(MeshFile, WritesWhatItReads) {
     const TemporaryFolder folder;
     std::vector<float> places = {0.1f,  -1e-30f, 3.4e38f, 1.0f / 3.0f,  16777216.0f,
                                  -0.0f, 1e-44f,  2.5f,    7.038531e-26f};
     const std::vector<Triangle> triangles = {{2, 0, 1}, {1, 1, 0}};
-    for (const char* name : {"a.obj", "a.off", "a.ply"}) {
+    const std::pair<const char*, PlyEncoding> files[] = {{"a.obj", PlyEncoding::kBinary},
+                                                         {"a.off", PlyEncoding::kBinary},
+                                                         {"a.ply", PlyEncoding::kBinary},
+                                                         {"text.ply", PlyEncoding::kAscii}};
+    for (const auto& [name, encoding] : files) {
         const auto path = folder / name;
-        ASSERT_TRUE(write_mesh(path, {places.data(), 1, 3}, triangles, {}, false)) << name;
+        ASSERT_TRUE(write_mesh(path, {places.data(), 1, 3}, triangles, {}, false, encoding)) << name;
         const auto mesh = read_mesh(path);
         ASSERT_TRUE(mesh) << mesh.error().to_string();
         ASSERT_EQ(mesh->positions.size(), places.size());
@@ -249,7 +272,7 @@ TEST(MeshFile, WritesWhatItReads) {
     }
     EXPECT_EQ(write_mesh(folder / "a.stl", {places.data(), 1, 3}, {}, {}, false).error().code,
               ErrorCode::kUnsupported);
-    EXPECT_EQ(folder.file_count(), 3u);
+    EXPECT_EQ(folder.file_count(), 4u);
 }
 
 }  // namespace

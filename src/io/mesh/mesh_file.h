@@ -38,12 +38,17 @@ Expected<Mesh> read_mesh(const std::filesystem::path& path, const SourceLimits& 
 /// Red, green, blue, 0 … 255.
 using Color = std::array<std::uint8_t, 3>;
 
-/// Writes a mesh by the extension of its file, in capitals or not: .obj, .off, .ply (binary, little-endian).
-/// Text has the shortest digits that read back as the same float32. The file appears whole or not at all.
+/// How the body of a .ply is written.
+enum class PlyEncoding { kBinary, kAscii };  ///< binary is little-endian
+
+/// Writes a mesh by the extension of its file, in capitals or not: .obj, .off, .ply. Text has the shortest
+/// digits that read back as the same float32. The file appears whole or not at all.
 ///
 /// positions: one frame, V vertices. triangles: may be empty. colors: V values, or none; in .ply alone.
+/// encoding: of .ply alone; the others are text.
 /// Errors: kUnsupported (another extension), kExists (overwrite not given), kIo, kOutOfMemory.
 Expected<void> write_mesh(const std::filesystem::path& path, PositionsView positions,
-                          std::span<const Triangle> triangles, std::span<const Color> colors, bool overwrite);
+                          std::span<const Triangle> triangles, std::span<const Color> colors, bool overwrite,
+                          PlyEncoding encoding = PlyEncoding::kBinary);
 
 }  // namespace batchenc

@@ -51,36 +51,52 @@ std::string obj_of(PositionsView positions, std::span<const Triangle> triangles)
     return text;
 }
 
+void append_face(std::string& text, const Triangle& t) {
+    text += '3';
+    for (const std::int32_t v : t) {
+        text += ' ';
+        append_text(text, v);
+    }
+    text += '\n';
+}
+
 std::string off_of(PositionsView positions, std::span<const Triangle> triangles) {
     std::string text =
         "OFF\n" + std::to_string(positions.vertex_count()) + " " + std::to_string(triangles.size()) + " 0\n";
     for (std::int64_t v = 0; v < positions.vertex_count(); ++v) append_place(text, positions.at(0, v));
-    for (const Triangle& t : triangles) {
-        text += '3';
-        for (const std::int32_t v : t) {
-            text += ' ';
-            append_text(text, v);
-        }
-        text += '\n';
-    }
+    for (const Triangle& t : triangles) append_face(text, t);
     return text;
 }
 
 std::string ply_of(PositionsView positions, std::span<const Triangle> triangles,
-                   std::span<const Color> colors) {
-    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment batchenc\nelement vertex " +
-                        std::to_string(positions.vertex_count()) +
+                   std::span<const Color> colors, PlyEncoding encoding) {
+    const bool is_text = encoding == PlyEncoding::kAscii;
+    std::string bytes = std::string("ply\nformat ") + (is_text ? "ascii" : "binary_little_endian") +
+                        " 1.0\ncomment batchenc\nelement vertex " + std::to_string(positions.vertex_count()) +
                         "\nproperty float x\nproperty float y\nproperty float z\n";
     if (!colors.empty()) bytes += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     bytes += "element face " + std::to_string(triangles.size()) +
              "\nproperty list uchar int vertex_indices\nend_header\n";
     for (std::int64_t v = 0; v < positions.vertex_count(); ++v) {
-        for (int axis = 0; axis < 3; ++axis) append_binary(bytes, positions.at(0, v)[axis]);
-        if (!colors.empty()) append_binary(bytes, colors[static_cast<std::size_t>(v)]);
+        const Color* color = colors.empty() ? nullptr : &colors[static_cast<std::size_t>(v)];
+        if (is_text) {
+            append_place(bytes, positions.at(0, v));
+            if (!color) continue;
+            bytes.pop_back();  // the line goes on
+            for (const std::uint8_t value : *color) (bytes += ' ').append(std::to_string(value));
+            bytes += '\n';
+        } else {
+            for (int axis = 0; axis < 3; ++axis) append_binary(bytes, positions.at(0, v)[axis]);
+            if (color) append_binary(bytes, *color);
+        }
     }
     for (const Triangle& t : triangles) {
-        append_binary(bytes, std::uint8_t{3});
-        append_binary(bytes, t);
+        if (is_text) {
+            append_face(bytes, t);
+        } else {
+            append_binary(bytes, std::uint8_t{3});
+            append_binary(bytes, t);
+        }
     }
     return bytes;
 }
@@ -88,8 +104,8 @@ std::string ply_of(PositionsView positions, std::span<const Triangle> triangles,
 }  // namespace
 
 Expected<void> write_mesh(const std::filesystem::path& path, PositionsView positions,
-                          std::span<const Triangle> triangles, std::span<const Color> colors,
-                          bool overwrite) {
+                          std::span<const Triangle> triangles, std::span<const Color> colors, bool overwrite,
+                          PlyEncoding encoding) {
     try {
         const auto format = mesh::format_of(path);
         if (!format)
@@ -97,9 +113,10 @@ Expected<void> write_mesh(const std::filesystem::path& path, PositionsView posit
                         path.string());
         auto target = DurableFile::create(path, overwrite);
         if (!target) return tl::unexpected(target.error());
-        const std::string bytes = *format == mesh::Format::kObj   ? obj_of(positions, triangles)
-                                  : *format == mesh::Format::kOff ? off_of(positions, triangles)
-                                                                  : ply_of(positions, triangles, colors);
+        const std::string bytes = *format == mesh::Format::kObj ? obj_of(positions, triangles)
+                                  : *format == mesh::Format::kOff
+                                      ? off_of(positions, triangles)
+                                      : ply_of(positions, triangles, colors, encoding);
         std::ofstream file(target->temporary_path(), std::ios::binary);
         file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         file.close();
