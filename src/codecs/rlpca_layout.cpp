@@ -76,13 +76,10 @@ Expected<RlpcaHeader> RlpcaHeader::read(std::span<const std::uint8_t> payload, s
         reader.get_varint(std::min<std::uint64_t>(65535, static_cast<std::uint64_t>(vertex_count)));
     if (!clusters) return tl::unexpected(clusters.error());
     RlpcaHeader header;
-    for (float& value : header.center) {
-        const auto read = reader.get<float>();
-        if (!read) return tl::unexpected(read.error());
-        value = *read;
-    }
+    const auto center = reader.get_array<float, 3>();
     const auto e_max = reader.get<float>();
     if (!e_max) return tl::unexpected(e_max.error());
+    header.center = *center;  // there, since what follows it is
     if (*space > 1) return corrupt("the coordinate space is unknown");
     header.space = static_cast<CoordinateSpace>(*space);
     header.basis_bits = *basis_bits;

@@ -208,7 +208,7 @@ Expected<Segmentation> segment_clip(PositionsView positions, std::span<const Tri
         segmentation.notes.insert(segmentation.notes.begin(),
                                   "only " + std::to_string(segmentation.cluster_count()) + " clusters of " +
                                       std::to_string(parameters.clusters) +
-                                      ": there are no more points or movements to tell apart");
+                                      ": further ones would hold too few vertices, or nothing of their own");
     }
     evaluate(segmentation, positions.frame_count());
     return segmentation;

@@ -14,11 +14,10 @@ namespace {
 // starts from one or two; on the classic clips three quarters gave the same deviation, and clusters of a size
 // that PCA makes more of (docs/SEGMENTATION.md).
 constexpr double kInitialShare = 0.75;
-constexpr std::int64_t kFewVertices = 4;  // a cluster of so many, three of which carry its LCF, is none
-constexpr std::int32_t kPatience = 12;    // clusters to go on after the modelled bits were lowest
-constexpr int kRounds = 3;                // of merging, dissolving and growing again
-constexpr std::size_t kCandidates = 8;    // vertices of a cluster that are tried as its seed at the end
-constexpr std::size_t kWitnesses = 32;    // vertices of a cluster that judge them
+constexpr std::int32_t kPatience = 12;  // clusters to go on after the modelled bits were lowest
+constexpr int kRounds = 3;              // of merging, dissolving and growing again
+constexpr std::size_t kCandidates = 8;  // vertices of a cluster that are tried as its seed at the end
+constexpr std::size_t kWitnesses = 32;  // vertices of a cluster that judge them
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// A cluster, or a seed that may become one.
@@ -431,6 +430,7 @@ class Adaptive {
 Segmentation segment_adaptively(const SegmentationInput& input, const VertexBlocks& blocks,
                                 const GrowthLimits& limits) {
     Segmentation segmentation = Adaptive(input, blocks).run(limits);
+    claim_seed_vertices(segmentation);  // seeds have moved since they pinned their corners
     measure_deviations(input, &blocks, segmentation);
     return segmentation;
 }

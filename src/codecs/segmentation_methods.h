@@ -26,6 +26,9 @@ struct SegmentationInput {
 inline constexpr float kLargestDeviation = std::numeric_limits<float>::max();
 inline float bounded_deviation(float value) { return value <= kLargestDeviation ? value : kLargestDeviation; }
 
+/// A cluster of so many vertices, three of which carry its LCF, is none.
+inline constexpr std::int64_t kFewVertices = 4;
+
 /// What is wrong with a seed triangle, in words for Segmentation::notes; empty when nothing is.
 std::string seed_triangle_note(std::int32_t cluster, std::int32_t seed, const SeedTriangle& triangle);
 

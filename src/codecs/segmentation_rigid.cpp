@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kMostRounds = 10;      // of Lloyd's iteration; the cost falls little after the first few
 constexpr double kLeastGain = 1e-3;  // part of the cost that a round must take off to be followed by another
-constexpr std::size_t kFewVertices = 4;    // a cluster of so many is dissolved
-constexpr std::size_t kCorners = 8;        // vertices far apart, of which triples are tried as seed triangles
+constexpr std::size_t kCorners = 8;  // vertices far apart, of which triples are tried as seed triangles
 constexpr std::size_t kSteadyCorners = 5;  // of these the first, taken from the steadier half
 constexpr std::size_t kWitnesses = 64;     // vertices of a cluster that judge a triple
 
@@ -26,7 +25,7 @@ Members members_of(std::span<const std::int32_t> labels, std::int32_t cluster_co
         members[static_cast<std::size_t>(labels[v])].push_back(static_cast<std::int32_t>(v));
     Members large;
     for (auto& cluster : members) {
-        if (cluster.size() > kFewVertices) large.push_back(std::move(cluster));
+        if (cluster.size() > std::size_t{kFewVertices}) large.push_back(std::move(cluster));
     }
     if (!large.empty()) return large;
     std::vector<std::int32_t> all(labels.size());

@@ -71,13 +71,10 @@ struct StaticHeader {
         if (!bits) return tl::unexpected(bits.error());
         StaticHeader header;
         header.bits = *bits;
-        for (float& value : header.center) {
-            const auto read = reader.get<float>();
-            if (!read) return tl::unexpected(read.error());
-            value = *read;
-        }
+        const auto center = reader.get_array<float, 3>();
         const auto e_max = reader.get<float>();
         if (!e_max) return tl::unexpected(e_max.error());
+        header.center = *center;  // there, since what follows it is
         header.e_max = *e_max;
         if (reader.remaining() != 0) return corrupt("bytes left over");
         bool good =

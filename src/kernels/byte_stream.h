@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
@@ -54,6 +55,17 @@ class ByteReader {
         std::memcpy(&value, bytes_.data() + at_, sizeof(T));
         at_ += sizeof(T);
         return value;
+    }
+    /// The next N values. Error as of get.
+    template <typename T, std::size_t N>
+    Expected<std::array<T, N>> get_array() {
+        std::array<T, N> values;
+        for (T& value : values) {
+            const auto read = get<T>();
+            if (!read) return tl::unexpected(read.error());
+            value = *read;
+        }
+        return values;
     }
     /// Next LEB128 value. Error kCorrupt at the end of the bytes, for a value above `limit`, and for a padded
     /// form, so that every value has one spelling.

@@ -1,6 +1,7 @@
 #include "pipeline/decode_result.h"
 
 #include "io/source_clip.h"
+#include "pipeline/frame_range.h"
 #include "pipeline/guarded.h"
 #include "pipeline/result_decoder.h"
 #include "pipeline/stopwatch.h"
@@ -22,13 +23,10 @@ Expected<DecodeReport> decode(const DecodeRequest& request, const Executor& exec
     auto decoder = ResultDecoder::open(request.result, request.memory_bytes);
     if (!decoder) return tl::unexpected(decoder.error());
     const ResultHeader& header = decoder->reader().header();
-    const std::int64_t begin = request.frame_begin;
-    const std::int64_t end = request.frame_end.value_or(header.frame_count);
-    if (begin < 0 || begin >= end || end > header.frame_count)
-        return fail(ErrorCode::kOutOfRange,
-                    "frames [" + std::to_string(begin) + ", " + std::to_string(end) + ") of a result of " +
-                        std::to_string(header.frame_count),
-                    request.result.string());
+    const auto span =
+        frames_of("result", request.result, header.frame_count, request.frame_begin, request.frame_end);
+    if (!span) return tl::unexpected(span.error());
+    const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
 
     // Made with the first block: a result that does not decode is not given room on the disk.
     std::unique_ptr<ClipWriter> writer;

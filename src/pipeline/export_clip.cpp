@@ -31,7 +31,7 @@ Expected<std::int64_t> write_frames(const ExportRequest& request, const std::ato
     if (!source) return tl::unexpected(source.error());
     SourceClip& clip = **source;
     const auto span =
-        frames_of_clip(request.frame_begin, request.frame_end, clip.frame_count(), request.clip);
+        frames_of("clip", request.clip, clip.frame_count(), request.frame_begin, request.frame_end);
     if (!span) return tl::unexpected(span.error());
     const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
     if (end - begin > 1 && request.output.filename().string().find(kPlaceholder) == std::string::npos)

@@ -52,7 +52,7 @@ Expected<SegmentReport> segment(const SegmentRequest& request, const Executor& e
     if (!source) return tl::unexpected(source.error());
     SourceClip& clip = **source;
     const auto span =
-        frames_of_clip(request.frame_begin, request.frame_end, clip.frame_count(), request.source);
+        frames_of("clip", request.source, clip.frame_count(), request.frame_begin, request.frame_end);
     if (!span) return tl::unexpected(span.error());
     const std::int64_t begin = span->first_frame, end = begin + span->frame_count;
     // The frames, the same again in blocks, and a column of theta for every cluster.

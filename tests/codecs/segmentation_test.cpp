@@ -107,6 +107,26 @@ TEST(Segmentation, IsDefinedForEveryKindOfClipAndAnyExecutor) {
     }
 }
 
+// Also where seed triangles share vertices, and after seeds have moved and clusters were dissolved.
+TEST(Segmentation, CornersOfASeedTriangleBelongToTheFirstClusterThatHasThem) {
+    for (const std::int64_t side : {12, 14, 20}) {
+        const MeshSequence clip = test::sheet(side, side, 12);
+        for (const SegmentationMethod method : kMethods) {
+            for (const std::int32_t clusters : {8, 24, 40, 60, 120}) {
+                const Segmentation found = segment(clip, {.method = method, .clusters = clusters});
+                std::set<std::int32_t> seen;
+                for (std::int32_t i = 0; i < found.cluster_count(); ++i) {
+                    for (const std::int32_t v : found.seed_triangles[static_cast<std::size_t>(i)]) {
+                        if (!seen.insert(v).second) continue;
+                        EXPECT_EQ(found.labels[static_cast<std::size_t>(v)], i)
+                            << to_name(method) << " " << clusters << ", side " << side << ", vertex " << v;
+                    }
+                }
+            }
+        }
+    }
+}
+
 TEST(Segmentation, DeviationsAreThoseOfTheDefinition) {
     const MeshSequence clip = test::sheet(15, 11, 23);
     const auto theta = [&](std::size_t v, const Triangle& triangle) {
