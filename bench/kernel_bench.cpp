@@ -15,13 +15,16 @@
 
 #include "codecs/rlpca_layout.h"
 #include "codecs/segmentation.h"
+#include "kernels/bit_coder.h"
 #include "kernels/bounding_box.h"
-#include "kernels/connectivity_coder.h"
 #include "kernels/crc32c.h"
 #include "kernels/deviation.h"
 #include "kernels/error_metrics.h"
+#include "kernels/order_coder.h"
 #include "kernels/range_coder.h"
 #include "kernels/reconstruction.h"
+#include "kernels/surface.h"
+#include "kernels/surface_coder.h"
 #include "kernels/svd.h"
 #include "kernels/synthetic_clip.h"
 #include "pipeline/blas_guard.h"
@@ -251,7 +254,12 @@ BENCHMARK(BM_reconstruction)->Arg(5)->Arg(20)->Arg(40);
 
 void BM_connectivity_encode(benchmark::State& state) {
     std::size_t size = 0;
-    for (auto _ : state) size = encode_connectivity(sample().triangles, sample().vertex_count)->bytes.size();
+    for (auto _ : state) {
+        BitCoder surface_coder, order_coder;
+        const CodedSurface coded = encode_surface(surface_coder, Surface::of(sample().triangles));
+        encode_order(order_coder, coded, sample().triangles, sample().vertex_count);
+        size = surface_coder.finish().size() + order_coder.finish().size();
+    }
     report(state, 12.0 * static_cast<double>(sample().triangles.size()));
     state.counters["bits/triangle"] =
         8.0 * static_cast<double>(size) / static_cast<double>(sample().triangles.size());
@@ -259,10 +267,15 @@ void BM_connectivity_encode(benchmark::State& state) {
 BENCHMARK(BM_connectivity_encode);
 
 void BM_connectivity_decode(benchmark::State& state) {
-    const auto coded = encode_connectivity(sample().triangles, sample().vertex_count).value();
+    BitCoder surface_encoder, order_encoder;
+    const CodedSurface coded = encode_surface(surface_encoder, Surface::of(sample().triangles));
+    encode_order(order_encoder, coded, sample().triangles, sample().vertex_count);
+    const auto surface_bytes = surface_encoder.finish(), order_bytes = order_encoder.finish();
     for (auto _ : state) {
-        benchmark::DoNotOptimize(decode_connectivity(
-            coded.bytes, static_cast<std::int64_t>(sample().triangles.size()), sample().vertex_count));
+        BitCoder surface_coder(surface_bytes), order_coder(order_bytes);
+        const auto surface = decode_surface(
+            surface_coder, static_cast<std::int64_t>(sample().triangles.size()), sample().vertex_count);
+        benchmark::DoNotOptimize(decode_order(order_coder, *surface, sample().vertex_count));
     }
     report(state, 12.0 * static_cast<double>(sample().triangles.size()));
 }

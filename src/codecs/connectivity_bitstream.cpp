@@ -6,40 +6,124 @@
 #include <new>
 #include <string>
 
+#include "kernels/attachment_decoder.h"
+#include "kernels/bit_coder.h"
 #include "kernels/byte_stream.h"
-#include "kernels/connectivity_coder.h"
 #include "kernels/crc32c.h"
+#include "kernels/order_coder.h"
+#include "kernels/surface.h"
+#include "kernels/surface_coder.h"
 
 namespace batchenc {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kMagic = {'B', 'E', 'N', 'M'};
 constexpr std::uint8_t kVersion = 1;
-constexpr std::uint8_t kAttachmentCoder = 1;  // kernels/connectivity_coder
+constexpr std::uint8_t kAttachmentCoder = 1;  // kernels/attachment_decoder: read, never written
+constexpr std::uint8_t kSurfaceCoder = 2;     // kernels/surface_coder, kernels/order_coder
+constexpr std::int64_t kMostVertices = std::numeric_limits<std::int32_t>::max();
+constexpr std::size_t kMostTriangles = kMostVertices / 3;  // half-edges have numbers of 31 bits
 constexpr std::size_t kChecksumBytes = sizeof(std::uint32_t);
 constexpr const char* kWhere = "connectivity bitstream";
 
 tl::unexpected<Error> within(Error error) { return fail_within(kWhere, std::move(error)); }
 
+/// Appends the vertices of 0 … vertex_count - 1 that are not there.
+void append_others(std::vector<std::int32_t>& vertices, std::int64_t vertex_count) {
+    std::vector<bool> is_there(static_cast<std::size_t>(vertex_count), false);
+    for (const std::int32_t v : vertices) is_there[static_cast<std::size_t>(v)] = true;
+    for (std::size_t v = 0; v < is_there.size(); ++v) {
+        if (!is_there[v]) vertices.push_back(static_cast<std::int32_t>(v));
+    }
+}
+
+/// Triangles of coder 2.
+Expected<std::vector<Triangle>> read_surface(std::span<const std::uint8_t> payload,
+                                             std::int64_t triangle_count, std::int64_t vertex_count) {
+    ByteReader reader(payload);
+    const auto order = reader.get<std::uint8_t>();
+    if (!order) return tl::unexpected(order.error());
+    if (*order > static_cast<std::uint8_t>(MeshOrder::kPreserve))
+        return fail(ErrorCode::kUnsupported, "vertex order " + std::to_string(*order));
+    const auto surface_size = reader.get_varint(reader.remaining());
+    if (!surface_size) return tl::unexpected(surface_size.error());
+    const auto surface_bytes = reader.get_bytes(*surface_size);
+    const auto order_bytes = reader.get_bytes(reader.remaining());
+    if (!surface_bytes || !order_bytes) return fail(ErrorCode::kCorrupt, "the stream ends too early");
+    try {
+        BitCoder coder(*surface_bytes);
+        auto surface = decode_surface(coder, triangle_count, vertex_count);
+        if (!surface) return tl::unexpected(surface.error());
+        if (auto end = coder.check_end(); !end) return tl::unexpected(end.error());
+        if (*order == static_cast<std::uint8_t>(MeshOrder::kFree)) {
+            if (!order_bytes->empty()) return fail(ErrorCode::kCorrupt, "an order where none is wanted");
+            return std::move(surface->triangles);
+        }
+        BitCoder order_coder(*order_bytes);
+        auto triangles = decode_order(order_coder, *surface, vertex_count);
+        if (!triangles) return tl::unexpected(triangles.error());
+        if (auto end = order_coder.check_end(); !end) return tl::unexpected(end.error());
+        return triangles;
+    } catch (const std::bad_alloc&) {
+        return fail(ErrorCode::kOutOfMemory,
+                    "no memory for " + std::to_string(triangle_count) + " triangles");
+    }
+}
+
 }  // namespace
 
 Expected<ConnectivityBitstream> write_connectivity_bitstream(std::span<const Triangle> triangles,
-                                                             std::int64_t vertex_count) {
-    const auto encoded = encode_connectivity(triangles, vertex_count);
-    if (!encoded) return within(encoded.error());
+                                                             std::int64_t vertex_count, MeshOrder order) {
+    if (vertex_count < 0 || vertex_count > kMostVertices)
+        return fail(ErrorCode::kInvalidArgument, "a vertex count of " + std::to_string(vertex_count), kWhere);
+    if (triangles.size() > kMostTriangles)
+        return fail(
+            ErrorCode::kLimit,
+            std::to_string(triangles.size()) + " triangles are more than " + std::to_string(kMostTriangles),
+            kWhere);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        for (const std::int32_t v : triangles[i]) {
+            if (v < 0 || v >= vertex_count)
+                return fail(ErrorCode::kOutOfRange,
+                            "triangle " + std::to_string(i) + " has vertex " + std::to_string(v) + ", of " +
+                                std::to_string(vertex_count),
+                            kWhere);
+        }
+    }
     try {
+        ConnectivityBitstream stream;
+        BitCoder coder;
+        CodedSurface surface = encode_surface(coder, Surface::of(triangles));
+        const std::vector<std::uint8_t> surface_bytes = coder.finish();
+        ByteWriter payload;
+        payload.put(static_cast<std::uint8_t>(order));
+        payload.put_varint(surface_bytes.size());
+        payload.put_bytes(surface_bytes);
+        if (order == MeshOrder::kPreserve) {
+            BitCoder order_coder;
+            encode_order(order_coder, surface, triangles, vertex_count);
+            const std::vector<std::uint8_t> order_bytes = order_coder.finish();
+            payload.put_bytes(order_bytes);
+            stream.order_bytes = static_cast<std::int64_t>(order_bytes.size());
+        } else {
+            stream.triangles = std::move(surface.triangles);
+            stream.source_vertices = std::move(surface.source_vertex);
+            append_others(stream.source_vertices, vertex_count);
+        }
         ByteWriter writer;
         writer.put_bytes(kMagic);
         writer.put(kVersion);
-        writer.put(kAttachmentCoder);
+        writer.put(kSurfaceCoder);
         writer.put_varint(static_cast<std::uint64_t>(vertex_count));
         writer.put_varint(triangles.size());
-        writer.put_varint(encoded->bytes.size());
-        writer.put_bytes(encoded->bytes);
+        writer.put_varint(payload.size());
+        writer.put_bytes(payload.bytes());
         writer.put(crc32c(writer.bytes()));
-        return ConnectivityBitstream{writer.take(), encoded->order_bytes};
+        stream.bytes = writer.take();
+        return stream;
     } catch (const std::bad_alloc&) {
-        return fail(ErrorCode::kOutOfMemory, "no memory for the stream", kWhere);
+        return fail(ErrorCode::kOutOfMemory,
+                    "no memory to code " + std::to_string(triangles.size()) + " triangles", kWhere);
     }
 }
 
@@ -69,11 +153,10 @@ Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std:
     reader = ByteReader(content.subspan(kMagic.size() + sizeof(kVersion)));
     const auto coder = reader.get<std::uint8_t>();
     if (!coder) return within(coder.error());
-    if (*coder != kAttachmentCoder) {
+    if (*coder != kAttachmentCoder && *coder != kSurfaceCoder) {
         return fail(ErrorCode::kUnsupported, "connectivity coder " + std::to_string(*coder), kWhere);
     }
-    constexpr std::uint64_t kMostCounted = std::numeric_limits<std::int32_t>::max();
-    const auto stated_vertex_count = reader.get_varint(kMostCounted);
+    const auto stated_vertex_count = reader.get_varint(kMostVertices);
     if (!stated_vertex_count) return within(stated_vertex_count.error());
     if (static_cast<std::int64_t>(*stated_vertex_count) != vertex_count) {
         return fail(ErrorCode::kCorrupt,
@@ -81,7 +164,8 @@ Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std:
                         std::to_string(vertex_count),
                     kWhere);
     }
-    const auto triangle_count = reader.get_varint(std::numeric_limits<std::int64_t>::max());
+    const auto triangle_count = reader.get_varint(
+        *coder == kSurfaceCoder ? kMostTriangles : std::numeric_limits<std::int64_t>::max());
     if (!triangle_count) return within(triangle_count.error());
     const auto payload_size = reader.get_varint(reader.remaining());
     if (!payload_size) return within(payload_size.error());
@@ -96,7 +180,9 @@ Expected<std::vector<Triangle>> read_connectivity_bitstream(std::span<const std:
                         std::to_string(max_triangle_count) + " are expected",
                     kWhere);
     }
-    auto triangles = decode_connectivity(*payload, static_cast<std::int64_t>(*triangle_count), vertex_count);
+    const auto count = static_cast<std::int64_t>(*triangle_count);
+    auto triangles = *coder == kSurfaceCoder ? read_surface(*payload, count, vertex_count)
+                                             : decode_attachments(*payload, count, vertex_count);
     if (!triangles) return within(triangles.error());
     return triangles;
 }

@@ -74,6 +74,16 @@ std::string_view to_name(GeometryPredictor predictor) {
     return "unknown";
 }
 
+std::string_view to_name(MeshOrder order) {
+    switch (order) {
+        case MeshOrder::kFree:
+            return "free";
+        case MeshOrder::kPreserve:
+            return "preserve";
+    }
+    return "unknown";
+}
+
 bool uses_clusters(CodecMethod method) {
     return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
 }

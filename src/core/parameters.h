@@ -41,12 +41,19 @@ enum class GeometryPredictor : std::uint8_t {
     kFitted = 5,
 };
 
+/// Whether a result keeps the order in which the source has its vertices and triangles.
+enum class MeshOrder : std::uint8_t {
+    kFree = 0,      ///< in the coder's own order, which costs nothing; winding and the count of vertices stay
+    kPreserve = 1,  ///< as in the source, each triangle from its first corner on
+};
+
 /// Name as it stands in a job file, such as "rlpca", "clustering", "local"; "unknown" for a number that is
 /// none.
 std::string_view to_name(CodecMethod method);
 std::string_view to_name(SegmentationMethod method);
 std::string_view to_name(CoordinateSpace space);
 std::string_view to_name(GeometryPredictor predictor);
+std::string_view to_name(MeshOrder order);
 
 /// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
 inline constexpr std::int32_t kMostAutomaticClusters = 1024;

@@ -23,6 +23,7 @@ struct Job {
     std::optional<std::int64_t> frame_end;  ///< one past the last frame; nothing means to the end
     std::filesystem::path output;
     std::int64_t clip_length = 0;  ///< frames a clip; 0 = the whole sequence
+    MeshOrder order = MeshOrder::kPreserve;
     SegmentationParameters segmentation;
     CodecParameters codec;
     bool analysis = true;

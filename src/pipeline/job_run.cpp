@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/vertex_order.h"
+
 namespace batchenc {
 
 namespace {
@@ -70,27 +72,41 @@ Expected<void> JobRun::open() {
     auto triangles = source_->read_triangles();
     if (!triangles) return tl::unexpected(triangles.error());
     triangles_ = std::move(*triangles);
+    // A free order is that of the coded connectivity, and everything after goes by it.
+    if (job.order == MeshOrder::kPreserve) return {};
+    if (auto coded = code_connectivity(); !coded) return coded;
+    triangles_ = std::move(connectivity_.triangles);
+    source_vertices_ = std::move(connectivity_.source_vertices);
     return {};
 }
 
 Expected<void> JobRun::code_connectivity() {
-    if (triangles_.empty()) return {};
-    auto connectivity = write_connectivity_bitstream(triangles_, plan_.header.vertex_count);
+    if (triangles_.empty() || !connectivity_.bytes.empty()) return {};
+    auto connectivity = write_connectivity_bitstream(triangles_, plan_.header.vertex_count, plan_.job.order);
     if (!connectivity) return tl::unexpected(connectivity.error());
-    auto decoded = read_connectivity_bitstream(connectivity->bytes, plan_.header.vertex_count,
-                                               plan_.header.triangle_count);
+    connectivity_ = std::move(*connectivity);
+    return {};
+}
+
+Expected<void> JobRun::verify_connectivity() const {
+    if (triangles_.empty()) return {};
+    const auto decoded = read_connectivity_bitstream(connectivity_.bytes, plan_.header.vertex_count,
+                                                     plan_.header.triangle_count);
     if (!decoded) return fail_within("decoding the connectivity just coded", decoded.error());
     if (*decoded != triangles_)
         return fail(ErrorCode::kVerification, "the decoded connectivity differs from the source's");
-    connectivity_ = std::move(*connectivity);
     return {};
 }
 
 Expected<void> JobRun::read(ClipInFlight& clip) {
     if (clip.index == 0)
         if (auto opened = open(); !opened) return opened;
-    return source_->read_frames(plan_.job.frame_begin + clip.span.first_frame,
-                                view_of(clip.source, clip.span, plan_.header.vertex_count), executor_);
+    const MutablePositionsView frames = view_of(clip.source, clip.span, plan_.header.vertex_count);
+    if (auto read = source_->read_frames(plan_.job.frame_begin + clip.span.first_frame, frames, executor_);
+        !read)
+        return read;
+    reorder_vertices(frames, source_vertices_, executor_);
+    return {};
 }
 
 Expected<void> JobRun::segment(ClipInFlight& clip) {
@@ -119,6 +135,17 @@ Expected<void> JobRun::code(ClipInFlight& clip) {
 }
 
 Expected<void> JobRun::verify(ClipInFlight& clip) {
+    Expected<void> positions, connectivity;
+    executor_.for_each(clip.index == 0 ? 2 : 1, [&](std::int64_t task) {
+        if (task == 0)
+            positions = verify_positions(clip);
+        else
+            connectivity = verify_connectivity();
+    });
+    return positions ? connectivity : positions;
+}
+
+Expected<void> JobRun::verify_positions(ClipInFlight& clip) {
     constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();  // these bytes are our own
     const Stopwatch watch;
     auto decoder = decode_clip(clip.encoded.bitstream, triangles_, -1, kNoLimit, executor_);

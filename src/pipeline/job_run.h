@@ -33,7 +33,7 @@ class JobRun {
     Expected<void> segment(ClipInFlight& clip);
     /// Codes the clip; with the first one, the connectivity.
     Expected<void> code(ClipInFlight& clip);
-    /// Decodes the bytes that will be written, into clip.decoded.
+    /// Decodes the bytes that will be written, into clip.decoded; with the first clip, the connectivity.
     Expected<void> verify(ClipInFlight& clip);
     /// Measures the decoded clip and writes its bytes; after the last clip, finishes the result.
     Expected<void> write(ClipInFlight& clip);
@@ -52,6 +52,8 @@ class JobRun {
  private:
     Expected<void> open();
     Expected<void> code_connectivity();
+    Expected<void> verify_connectivity() const;
+    Expected<void> verify_positions(ClipInFlight& clip);
     Expected<void> finish();
 
     const JobPlan& plan_;
@@ -61,6 +63,7 @@ class JobRun {
     std::unique_ptr<SourceClip> source_;
     std::unique_ptr<ResultWriter> writer_;
     std::vector<Triangle> triangles_;
+    std::vector<std::int32_t> source_vertices_;  // of each vertex, where their order is free; else none
     ConnectivityBitstream connectivity_;
     std::optional<ErrorMeter> meter_;
     ResultBytes bytes_;

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "codecs/connectivity_bitstream.h"
 #include "io/job_file.h"
 #include "io/source_clip.h"
 #include "kernels/error_metrics.h"
 #include "pipeline/guarded.h"
 #include "pipeline/result_decoder.h"
+#include "pipeline/vertex_order.h"
 
 namespace batchenc {
 
@@ -77,8 +79,15 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
     if (!offset) return tl::unexpected(offset.error());
 
     VerifyReport report;
-    const auto triangles = (*source)->read_triangles();
+    auto triangles = (*source)->read_triangles();
     if (!triangles) return tl::unexpected(triangles.error());
+    std::vector<std::int32_t> source_vertices;
+    if (job->order == MeshOrder::kFree && !triangles->empty()) {  // the order is that of coding it again
+        auto coded = write_connectivity_bitstream(*triangles, header.vertex_count, job->order);
+        if (!coded) return tl::unexpected(coded.error());
+        *triangles = std::move(coded->triangles);
+        source_vertices = std::move(coded->source_vertices);
+    }
     report.same_triangles = *triangles == decoder->triangles();
 
     ErrorMeter meter(header.vertex_count);
@@ -88,6 +97,7 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
         frames.resize(static_cast<std::size_t>(decoded.value_count()));
         const MutablePositionsView original(frames.data(), decoded.frame_count(), decoded.vertex_count());
         if (auto read = (*source)->read_frames(*offset + first, original); !read) return read;
+        reorder_vertices(original, source_vertices, executor);
         meter.add(original, decoded, executor);
         progress(static_cast<double>(first + decoded.frame_count()) /
                  static_cast<double>(header.frame_count));

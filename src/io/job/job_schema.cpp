@@ -11,8 +11,7 @@ namespace batchenc {
 namespace {
 
 using Words = std::array<std::string_view, 1>;
-constexpr Words kOrders = {"preserve"};
-constexpr Words kLaterOrders = {"free"};
+constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
 constexpr Words kLaterLengths = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
@@ -111,13 +110,14 @@ std::vector<JobKey> make_keys() {
                     .sweepable = true,
                     .assign = [](JobDraft& d, const JobValue& v) { d.job.clip_length = v.integer; },
                     .show = [](const JobDraft& d) { return std::to_string(d.job.clip_length); }});
-    keys.push_back({.path = "order",
-                    .type = kChoice,
-                    .sentence = "whether vertices and triangles come back in their order",
-                    .words = kOrders,
-                    .later = kLaterOrders,
-                    .assign = [](JobDraft&, const JobValue&) {},
-                    .show = [](const JobDraft&) { return std::string(kOrders[0]); }});
+    keys.push_back(
+        {.path = "order",
+         .type = kChoice,
+         .sentence = "whether vertices and triangles come back in their order",
+         .words = kOrders,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.order = from_name<MeshOrder>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.order)); }});
 
     keys.push_back(mapping("segmentation", "how vertices are grouped into clusters that move together"));
     keys.push_back(

@@ -1,4 +1,4 @@
-#include "kernels/connectivity_coder.h"
+#include "kernels/attachment_decoder.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 #include "kernels/range_coder.h"
 
-// Triangles are coded one by one in file order. Each is attached to what is already coded where it can be: by
+// Triangles stand one by one in file order. Each is attached to what is already coded where it can be: by
 // an open edge ("gate") it costs a symbol for the gate and one for the third vertex. An index that nothing
 // predicts is coded as its distance from a guess. Everything that both sides predict from stands in State,
 // which only triangles already coded change; State::add is the one place where it moves on.
@@ -45,9 +45,7 @@ constexpr int kOther = 3;  // a distance from a guess follows
 constexpr int kThirds = 4;
 constexpr int kNoThird = kThirds;  // context only: the triangle was free
 
-// Symbols to integers of small magnitude and back: 0, -1, 1, -2, 2, ...
-static_assert(kAttachments <= 31, "the integer coder models the magnitudes up to 15 one by one");
-std::int32_t fold(int symbol) { return symbol % 2 == 1 ? -(symbol + 1) / 2 : symbol / 2; }
+// Symbols from integers of small magnitude: 0, -1, 1, -2, 2, ...
 int unfold(std::int32_t value, int symbol_count) {  // kNone where it is no symbol
     if (value < -symbol_count || value > symbol_count) return kNone;
     const int symbol = value < 0 ? -2 * value - 1 : 2 * value;
@@ -149,25 +147,10 @@ class State {
           third_models_(4 * kValences) {}
 
     IntegerModel& attachment_model() { return attachment_models_[attachment_context_]; }
-    int find_attachment(const Triangle& t) const {
-        for (int age = 0; age < gate_count_; ++age) {
-            for (std::size_t corner = 0; corner < 3; ++corner) {
-                if (recent_gate(age) == gate_at(t, corner))
-                    return kRecent + 3 * age + static_cast<int>(corner);
-            }
-        }
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-            const Gate gate = gate_at(t, corner);
-            if (edges_.after(gate.p) == gate.q) return kAnchored + static_cast<int>(corner);
-        }
-        return kFree;
-    }
     int recent_gate_count() const { return gate_count_; }
     const Gate& recent_gate(int age) const { return recent_[static_cast<std::size_t>(age)]; }
     // The gate that leaves v; its q is kNone where none does.
     Gate gate_from(std::int32_t v) const { return {v, edges_.after(v)}; }
-    static Gate gate_at(const Triangle& t, std::size_t corner) { return {t[corner], t[(corner + 1) % 3]}; }
-
     // A vertex with many triangles is about to be closed, so its valence tells right from left and new.
     IntegerModel& third_model(const Gate& gate) {
         const int valence = std::min(edges_.valence(gate.q), kValences - 1);
@@ -185,12 +168,6 @@ class State {
                 return edges_.before(gate.p);
         }
     }
-    int find_third(const Gate& gate, std::int32_t v) const {
-        int third = kNext;
-        while (third < kOther && predicted_third(gate, third) != v) ++third;
-        return third;
-    }
-
     ThirdCandidates third_candidates(const Gate& gate) const {
         // Index arithmetic follows the rows of grids: the fourth corner of the parallelogram behind the gate.
         const std::int64_t fourth = std::int64_t{gate.p} + gate.q - edges_.opposite(gate.p);
@@ -275,20 +252,6 @@ class State {
 constexpr std::int32_t kNear = 32767;
 constexpr int kLowBits = 15;
 
-template <std::size_t kCount>
-void encode_index(RangeEncoder& coder, State& state, GuessedIndex<kCount>& index,
-                  const typename GuessedIndex<kCount>::Candidates& candidates, std::int32_t v) {
-    const std::int32_t distance = v - index.guess(candidates);
-    if (distance >= -kNear && distance <= kNear) {
-        coder.encode(index.model(), distance >= 0 ? distance + 1 : distance);
-    } else {
-        coder.encode(index.model(), 0);
-        coder.encode(state.far_high_model(), distance >> kLowBits);
-        coder.encode(state.far_low_model(), distance & ((1 << kLowBits) - 1));
-    }
-    index.learn(candidates, v);
-}
-
 // kNone where the stream leads outside [0, vertex_count).
 template <std::size_t kCount>
 std::int32_t decode_index(RangeDecoder& coder, State& state, GuessedIndex<kCount>& index,
@@ -305,28 +268,6 @@ std::int32_t decode_index(RangeDecoder& coder, State& state, GuessedIndex<kCount
     if (v < 0 || v >= vertex_count) return kNone;
     index.learn(candidates, static_cast<std::int32_t>(v));
     return static_cast<std::int32_t>(v);
-}
-
-void encode_triangle(RangeEncoder& coder, State& state, const Triangle& t) {
-    const int attachment = state.find_attachment(t);
-    coder.encode(state.attachment_model(), fold(attachment));
-    if (attachment == kFree) {
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-            encode_index(coder, state, state.free_index(corner), state.free_candidates(corner, t), t[corner]);
-        }
-        state.add(t, attachment, 0, kNoThird);
-        return;
-    }
-    const bool anchored = attachment < kFree;
-    const auto corner =
-        static_cast<std::size_t>(anchored ? attachment - kAnchored : (attachment - kRecent) % 3);
-    const Gate gate = State::gate_at(t, corner);
-    if (anchored) encode_index(coder, state, state.anchor_index(), state.free_candidates(0, t), gate.p);
-    const std::int32_t v = t[(corner + 2) % 3];
-    const int third = state.find_third(gate, v);
-    coder.encode(state.third_model(gate), fold(third));
-    if (third == kOther) encode_index(coder, state, state.third_index(), state.third_candidates(gate), v);
-    state.add(t, attachment, corner, third);
 }
 
 // False where the stream asks for what does not exist.
@@ -372,33 +313,8 @@ bool decode_triangle(RangeDecoder& coder, State& state, std::int64_t vertex_coun
 
 }  // namespace
 
-Expected<EncodedConnectivity> encode_connectivity(std::span<const Triangle> triangles,
-                                                  std::int64_t vertex_count) {
-    if (vertex_count < 0 || vertex_count > kMostVertices) {
-        return fail(ErrorCode::kInvalidArgument, "a vertex count of " + std::to_string(vertex_count));
-    }
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        for (const std::int32_t v : triangles[i]) {
-            if (v < 0 || v >= vertex_count) {
-                return fail(ErrorCode::kOutOfRange, "triangle " + std::to_string(i) + " has vertex " +
-                                                        std::to_string(v) + ", of " +
-                                                        std::to_string(vertex_count));
-            }
-        }
-    }
-    try {
-        RangeEncoder coder;
-        State state(static_cast<std::int64_t>(triangles.size()), vertex_count);
-        for (const Triangle& t : triangles) encode_triangle(coder, state, t);
-        return EncodedConnectivity{coder.finish(), 0};
-    } catch (const std::bad_alloc&) {
-        return fail(ErrorCode::kOutOfMemory,
-                    "no memory to code " + std::to_string(triangles.size()) + " triangles");
-    }
-}
-
-Expected<std::vector<Triangle>> decode_connectivity(std::span<const std::uint8_t> bytes,
-                                                    std::int64_t triangle_count, std::int64_t vertex_count) {
+Expected<std::vector<Triangle>> decode_attachments(std::span<const std::uint8_t> bytes,
+                                                   std::int64_t triangle_count, std::int64_t vertex_count) {
     if (vertex_count < 0 || vertex_count > kMostVertices) {
         return fail(ErrorCode::kCorrupt, "a vertex count of " + std::to_string(vertex_count));
     }
