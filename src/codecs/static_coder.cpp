@@ -116,6 +116,11 @@ class FrameContexts {
     IntegerModel exact_;
 };
 
+/// Whether the bending angle comes from a surface that is fitted.
+bool is_fitted(GeometryPredictor predictor) {
+    return bends(predictor) && predictor != GeometryPredictor::kToumaGotsman;
+}
+
 std::int32_t bits_of(float value) { return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(value)); }
 
 /// Checksum over the lattice points of a decoded frame: a machine that predicted otherwise finds out.
@@ -126,30 +131,22 @@ std::uint32_t state_checksum(const std::vector<LatticePoint>& points) {
 
 /// Codes a frame in one form.
 std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal& traversal,
-                                       StaticHeader header, const PredictionForm& form) {
+                                       const Surface& surface, StaticHeader header,
+                                       const PredictionForm& form) {
     RangeEncoder encoder;
     FrameContexts contexts;
-    StaticPrediction state(traversal, form);
+    StaticPrediction state(traversal, surface, form);
     const double squared_bound = header.bound() * header.bound();
     const double per_unit = header.spacing() > 0.0 ? 1.0 / header.spacing() : 0.0;
-    const auto offset = [&](float value, std::size_t c, double place) {
-        return (static_cast<double>(value) - static_cast<double>(header.center[c])) * per_unit - place;
+    const auto on_lattice = [&](float value, std::size_t c) {
+        return (static_cast<double>(value) - static_cast<double>(header.center[c])) * per_unit;
     };
     for (std::size_t k = 0; k < traversal.order.size(); ++k) {
         const float* p = frame.at(0, traversal.order[k]);
-        const VertexPrediction prediction = state.predict(k);
-        const std::array<double, 3> off = {offset(p[0], 0, prediction.place[0]),
-                                           offset(p[1], 1, prediction.place[1]),
-                                           offset(p[2], 2, prediction.place[2])};
-        std::array<std::int32_t, 3> residuals;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const double* axis = prediction.axes.data() + 3 * a;
-            const double along =
-                prediction.in_world_axes ? off[a] : axis[0] * off[0] + axis[1] * off[1] + axis[2] * off[2];
-            // To the nearest, either way from the middle: only the encoder rounds here.
-            residuals[a] = static_cast<std::int32_t>(along / kLatticeParts + (along < 0.0 ? -0.5 : 0.5));
-        }
-        LatticePoint decoded = StaticPrediction::reconstruct(prediction, residuals);
+        VertexPrediction prediction = state.predict(k);
+        std::array<std::int32_t, 3> residuals =
+            state.residuals_of(prediction, {on_lattice(p[0], 0), on_lattice(p[1], 1), on_lattice(p[2], 2)});
+        LatticePoint decoded = state.reconstruct(prediction, residuals);
         if (!(squared_distance(header.to_world(decoded).data(), p) <= squared_bound)) {
             encoder.encode(contexts.of(prediction, 0, residuals.data()), kExact);
             for (int c = 0; c < 3; ++c) encoder.encode(contexts.exact(), bits_of(p[c]));
@@ -163,34 +160,60 @@ std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal&
     }
     ByteWriter out;
     out.put(static_cast<std::uint8_t>(form.predictor));
-    out.put(form.curvature);
+    out.put(bends(form.predictor) ? static_cast<std::uint8_t>(form.tangential) : form.curvature);
+    if (is_fitted(form.predictor)) {
+        out.put(static_cast<std::uint8_t>(form.fit.vertices));
+        out.put(static_cast<float>(form.fit.exponent));
+        out.put(static_cast<float>(form.fit.cosine));
+    }
     out.put(state_checksum(state.points()));
     out.put_bytes(encoder.finish());
     return out.take();
 }
 
-Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTraversal& traversal,
-                            StaticHeader header, MutablePositionsView frame) {
-    ByteReader reader(bytes);
+/// The form at the beginning of a frame's stream.
+Expected<PredictionForm> read_form(ByteReader& reader) {
     PredictionForm form;
     const auto predictor = reader.get<std::uint8_t>();
-    const auto curvature = reader.get<std::uint8_t>();
+    const auto variant = reader.get<std::uint8_t>();
+    if (!variant) return tl::unexpected(variant.error());
+    form.predictor = static_cast<GeometryPredictor>(*predictor);
+    if (form.predictor == GeometryPredictor::kAuto || to_name(form.predictor) == "unknown" ||
+        *variant > (bends(form.predictor) ? 3 : 16))
+        return corrupt("the predictor is unknown");
+    if (!bends(form.predictor)) {
+        form.curvature = *variant;
+        return form;
+    }
+    form.tangential = static_cast<TangentialPredictor>(*variant);
+    if (!is_fitted(form.predictor)) return form;
+    const auto vertices = reader.get<std::uint8_t>();
+    const auto exponent = reader.get<float>();
+    const auto cosine = reader.get<float>();
+    if (!cosine) return tl::unexpected(cosine.error());
+    form.fit = {*vertices, static_cast<double>(*exponent), static_cast<double>(*cosine)};
+    if (!is_in_range(form.fit) || form.fit.vertices == 0 ||
+        !(form.fit.exponent >= 0.0 && form.fit.cosine >= 0.0))
+        return corrupt("what a surface is fitted to is outside its range");
+    return form;
+}
+
+Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTraversal& traversal,
+                            const Surface& surface, StaticHeader header, MutablePositionsView frame) {
+    ByteReader reader(bytes);
+    const auto form = read_form(reader);
+    if (!form) return tl::unexpected(form.error());
     const auto checksum = reader.get<std::uint32_t>();
     if (!checksum) return tl::unexpected(checksum.error());
-    form.predictor = static_cast<GeometryPredictor>(*predictor);
-    form.curvature = *curvature;
-    if (form.predictor == GeometryPredictor::kAuto || to_name(form.predictor) == "unknown" ||
-        form.curvature > 16)
-        return corrupt("the predictor is unknown");
     const auto payload = reader.get_bytes(reader.remaining());
     if (traversal.order.size() > max_symbol_count(payload->size()))
         return corrupt("more vertices than the bytes can hold");
     auto decoder = RangeDecoder::open(*payload);
     if (!decoder) return tl::unexpected(decoder.error());
     FrameContexts contexts;
-    StaticPrediction state(traversal, form);
+    StaticPrediction state(traversal, surface, *form);
     for (std::size_t k = 0; k < traversal.order.size(); ++k) {
-        const VertexPrediction prediction = state.predict(k);
+        VertexPrediction prediction = state.predict(k);
         float* p = frame.at(0, traversal.order[k]);
         std::array<std::int32_t, 3> residuals{};
         LatticePoint decoded;
@@ -207,7 +230,7 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
             residuals = {};
             decoded = header.nearest_point(world);
         } else {
-            decoded = StaticPrediction::reconstruct(prediction, residuals);
+            decoded = state.reconstruct(prediction, residuals);
             world = header.to_world(decoded);
         }
         std::copy(world.begin(), world.end(), p);
@@ -219,17 +242,38 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
     return {};
 }
 
-/// The forms that `auto` tries.
-std::vector<PredictionForm> forms_of(GeometryPredictor predictor) {
+/// The forms that a job's predictor stands for: of those that have a curvature some, of `auto` all that paid
+/// on some mesh.
+std::vector<PredictionForm> forms_of(const CodecParameters& parameters) {
     constexpr std::uint8_t kCurvatures[] = {0, 4, 8, 12};
     using enum GeometryPredictor;
+    const bool any = parameters.predictor == kAuto;
     std::vector<PredictionForm> forms;
-    for (const GeometryPredictor candidate :
-         {kParallelogram, kMultiway, kLocalParallelogram, kLocalMultiway, kFitted}) {
-        if (predictor != kAuto && predictor != candidate) continue;
-        const bool curves = candidate != kParallelogram && candidate != kMultiway;
+    for (const GeometryPredictor candidate : {kParallelogram, kMultiway, kLocalParallelogram, kLocalMultiway,
+                                              kFitted, kWeighted, kToumaGotsman, kHope, kHopi, kHops}) {
+        if (!any && parameters.predictor != candidate) continue;
+        PredictionForm form;
+        form.predictor = candidate;
+        if (is_fitted(candidate)) {
+            form.fit = own_fit(parameters.fit, candidate);
+            // As the stream carries them, so that both sides fit alike.
+            form.fit.exponent = static_cast<double>(static_cast<float>(form.fit.exponent));
+            form.fit.cosine = static_cast<double>(static_cast<float>(form.fit.cosine));
+        }
+        if (bends(candidate)) {
+            for (const auto tangential :
+                 {TangentialPredictor::kFitted, TangentialPredictor::kWeighted,
+                  TangentialPredictor::kMultiway, TangentialPredictor::kParallelogram}) {
+                if (!any && tangential != parameters.tangential) continue;
+                form.tangential = tangential;
+                forms.push_back(form);
+            }
+            continue;
+        }
+        const bool curves = candidate >= kLocalParallelogram;
         for (const std::uint8_t curvature : kCurvatures) {
-            forms.push_back({candidate, curvature});
+            form.curvature = curvature;
+            forms.push_back(form);
             if (!curves) break;
         }
     }
@@ -245,7 +289,7 @@ class StaticClip final : public DecodedClip {
     const std::vector<std::int32_t>& labels() const override { return labels_; }
 
     /// Sizes of the frames' streams, then the streams. Copies them: the clip outlives the bitstream.
-    Expected<void> take_streams(std::span<const std::uint8_t> payload) {
+    Expected<void> take_streams(std::span<const std::uint8_t> payload, std::span<const Triangle> triangles) {
         ByteReader reader(payload);
         std::vector<std::uint64_t> sizes;
         for (std::int64_t f = 0; f < info_.frame_count; ++f) {  // ends early where the bytes do
@@ -259,6 +303,12 @@ class StaticClip final : public DecodedClip {
             streams_.emplace_back(stream->begin(), stream->end());
         }
         if (reader.remaining() != 0) return corrupt("bytes left over");
+        const bool wants_surface = std::any_of(streams_.begin(), streams_.end(), [](const auto& stream) {
+            ByteReader form_reader(stream);
+            const auto form = read_form(form_reader);
+            return form && needs_surface(*form);  // a form that cannot be read is that frame's error
+        });
+        if (wants_surface) surface_ = Surface::of(traversal_.in_places(triangles));
         return {};
     }
 
@@ -270,8 +320,8 @@ class StaticClip final : public DecodedClip {
         std::vector<std::optional<Error>> errors(static_cast<std::size_t>(out.frame_count()));
         executor.for_each(out.frame_count(), [&](std::int64_t f) {
             const MutablePositionsView frame(out.at(f, 0), 1, out.vertex_count());
-            auto done =
-                decode_frame(streams_[static_cast<std::size_t>(begin + f)], traversal_, header_, frame);
+            auto done = decode_frame(streams_[static_cast<std::size_t>(begin + f)], traversal_, surface_,
+                                     header_, frame);
             if (!done) errors[static_cast<std::size_t>(f)] = done.error();
         });
         for (std::size_t f = 0; f < errors.size(); ++f) {
@@ -286,6 +336,7 @@ class StaticClip final : public DecodedClip {
     ClipInfo info_;
     StaticHeader header_;
     MeshTraversal traversal_;
+    Surface surface_;                                 // where a frame's predictor looks at it
     std::vector<std::vector<std::uint8_t>> streams_;  // a frame each
     std::vector<std::int32_t> labels_;                // none: there are no clusters
 };
@@ -302,7 +353,10 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
     if (!std::isfinite(header.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
     const MeshTraversal traversal = MeshTraversal::of(triangles, positions.vertex_count());
-    const std::vector<PredictionForm> forms = forms_of(parameters.predictor);
+    const std::vector<PredictionForm> forms = forms_of(parameters);
+    const Surface surface = std::any_of(forms.begin(), forms.end(), needs_surface)
+                                ? Surface::of(traversal.in_places(triangles))
+                                : Surface();
 
     const std::int64_t frame_count = positions.frame_count();
     std::vector<std::vector<std::uint8_t>> streams(static_cast<std::size_t>(frame_count));
@@ -315,8 +369,9 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
         tried.assign(static_cast<std::size_t>(frames * count), {});
         executor.for_each(frames * count, [&](std::int64_t task) {
             const std::int64_t f = first + task / count;
-            tried[static_cast<std::size_t>(task)] = encode_frame(
-                positions.frames(f, f + 1), traversal, header, forms[static_cast<std::size_t>(task % count)]);
+            tried[static_cast<std::size_t>(task)] =
+                encode_frame(positions.frames(f, f + 1), traversal, surface, header,
+                             forms[static_cast<std::size_t>(task % count)]);
         });
         for (std::int64_t f = 0; f < frames; ++f) {
             const auto begin = tried.begin() + f * count;
@@ -370,7 +425,7 @@ Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
     }
     auto decoded =
         std::make_unique<StaticClip>(*info, *header, MeshTraversal::of(triangles, clip.vertex_count));
-    if (auto taken = decoded->take_streams(payload); !taken) return tl::unexpected(taken.error());
+    if (auto taken = decoded->take_streams(payload, triangles); !taken) return tl::unexpected(taken.error());
     return decoded;
 }
 

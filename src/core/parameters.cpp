@@ -70,6 +70,16 @@ std::string_view to_name(GeometryPredictor predictor) {
             return "local-multiway";
         case GeometryPredictor::kFitted:
             return "fitted";
+        case GeometryPredictor::kToumaGotsman:
+            return "touma-gotsman";
+        case GeometryPredictor::kHope:
+            return "hope";
+        case GeometryPredictor::kHopi:
+            return "hopi";
+        case GeometryPredictor::kHops:
+            return "hops";
+        case GeometryPredictor::kWeighted:
+            return "weighted";
     }
     return "unknown";
 }
@@ -82,6 +92,33 @@ std::string_view to_name(MeshOrder order) {
             return "preserve";
     }
     return "unknown";
+}
+
+std::string_view to_name(TangentialPredictor predictor) {
+    switch (predictor) {
+        case TangentialPredictor::kParallelogram:
+            return "parallelogram";
+        case TangentialPredictor::kMultiway:
+            return "multiway";
+        case TangentialPredictor::kFitted:
+            return "fitted";
+        case TangentialPredictor::kWeighted:
+            return "weighted";
+    }
+    return "unknown";
+}
+
+bool is_in_range(const NormalFit& fit) {
+    return (fit.vertices == 0 || (fit.vertices >= 3 && fit.vertices <= 64)) &&
+           (fit.exponent == -1.0 || (fit.exponent >= 0.0 && fit.exponent <= 8.0)) &&
+           (fit.cosine == -1.0 || (fit.cosine >= 0.0 && fit.cosine <= 1.0));
+}
+
+NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
+    const NormalFit own =
+        predictor == GeometryPredictor::kHopi ? NormalFit{8, 2.68, 0.9} : NormalFit{18, 1.3, 0.5};
+    return {fit.vertices > 0 ? fit.vertices : own.vertices, fit.exponent >= 0.0 ? fit.exponent : own.exponent,
+            fit.cosine >= 0.0 ? fit.cosine : own.cosine};
 }
 
 bool uses_clusters(CodecMethod method) {
@@ -114,6 +151,9 @@ Expected<void> check_parameters(const CodecParameters& parameters) {
             ErrorCode::kUnsupported,
             "codec space " + std::to_string(static_cast<int>(parameters.space)) + " is not in this version");
     }
+    if (!is_in_range(parameters.fit))
+        return fail(ErrorCode::kInvalidArgument,
+                    "codec.fit_vertices, fit_exponent or fit_cosine is outside its range");
     return check_range("codec.bits", parameters.bits, 4, 24)
         .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })

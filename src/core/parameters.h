@@ -39,6 +39,27 @@ enum class GeometryPredictor : std::uint8_t {
     kLocalParallelogram = 3,
     kLocalMultiway = 4,
     kFitted = 5,
+    kToumaGotsman = 6,
+    kHope = 7,
+    kHopi = 8,
+    kHops = 9,
+    kWeighted = 10,
+};
+
+/// How the tangential components are predicted where the bending angle is (3.2.3).
+enum class TangentialPredictor : std::uint8_t {
+    kParallelogram = 0,
+    kMultiway = 1,
+    kFitted = 2,    ///< multi-way, corrected as by GeometryPredictor::kFitted
+    kWeighted = 3,  ///< weighted by valences as by GeometryPredictor::kWeighted, and corrected
+};
+
+/// What a surface is fitted to, where the bending angle is predicted by one (3.3.1). Defaults of the thesis,
+/// which differ between hope and hopi, stand in own_fit().
+struct NormalFit {
+    std::int32_t vertices = 0;  ///< decoded vertices at most, 3 … 64; 0: the predictor's own number
+    double exponent = -1.0;     ///< weights are distance^-exponent, 0 … 8; -1: the predictor's own
+    double cosine = -1.0;       ///< of the largest angle between normals, 0 … 1; -1: the predictor's own
 };
 
 /// Whether a result keeps the order in which the source has its vertices and triangles.
@@ -54,6 +75,7 @@ std::string_view to_name(SegmentationMethod method);
 std::string_view to_name(CoordinateSpace space);
 std::string_view to_name(GeometryPredictor predictor);
 std::string_view to_name(MeshOrder order);
+std::string_view to_name(TangentialPredictor predictor);
 
 /// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
 inline constexpr std::int32_t kMostAutomaticClusters = 1024;
@@ -73,6 +95,8 @@ struct CodecParameters {
     std::int32_t bits = 12;  ///< bits of a coordinate over e_max, 4 … 24: no vertex is farther from its
                              ///< source than e_max / 2^bits
     GeometryPredictor predictor = GeometryPredictor::kAuto;
+    TangentialPredictor tangential = TangentialPredictor::kFitted;
+    NormalFit fit;
 
     // rlpca
     CoordinateSpace space = CoordinateSpace::kLocal;
@@ -85,6 +109,13 @@ struct CodecParameters {
 
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.
 bool uses_clusters(CodecMethod method);
+
+/// Whether every value is in its range above.
+bool is_in_range(const NormalFit& fit);
+
+/// `fit` with what is left to the predictor filled in: hopi 8 vertices, 2.68, 0.9; others 18 vertices, 1.3,
+/// 0.5.
+NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor);
 
 /// Refuses parameters outside the ranges above (kInvalidArgument, naming the parameter), and methods that
 /// this build does not have (kUnsupported).

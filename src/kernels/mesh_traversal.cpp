@@ -83,11 +83,11 @@ class Walk {
             std::int32_t left = -1, right = -1;
             if (!other_corners(triangles_[static_cast<std::size_t>(number)], v, left, right)) continue;
             if (!is_done(left) || !is_done(right)) continue;
-            const std::int32_t opposite = across(left, right, v);
-            if (opposite < 0) {
-                edge = {left, right, -1};
+            const Gate gate = across(left, right, v);
+            if (gate.opposite < 0) {
+                edge = gate;
             } else {
-                traversal_.gates.push_back({left, right, opposite});
+                traversal_.gates.push_back(gate);
                 if (traversal_.gates.size() - begin == MeshTraversal::kMostGates) return;
             }
         }
@@ -102,17 +102,16 @@ class Walk {
         return left != v && right != v && left != right;
     }
 
-    /// Third corner of the first decoded triangle at an edge that `v` is no corner of; -1 where there is
-    /// none.
-    std::int32_t across(std::int32_t left, std::int32_t right, std::int32_t v) const {
+    /// The gate at an edge: over the first decoded triangle there that `v` is no corner of, if there is one.
+    Gate across(std::int32_t left, std::int32_t right, std::int32_t v) const {
         for (const std::int32_t number : vertex_triangles_.of(left)) {
             const Triangle& t = triangles_[static_cast<std::size_t>(number)];
             std::int32_t a = -1, b = -1;
             if (!other_corners(t, left, a, b)) continue;
             const std::int32_t third = a == right ? b : b == right ? a : -1;
-            if (third >= 0 && third != v && is_done(third)) return third;
+            if (third >= 0 && third != v && is_done(third)) return {left, right, third, number};
         }
-        return -1;
+        return {left, right, -1, -1};
     }
 
     std::span<const Triangle> triangles_;
@@ -123,10 +122,35 @@ class Walk {
     MeshTraversal traversal_;
 };
 
+std::vector<std::int32_t> places_of(const std::vector<std::int32_t>& order) {
+    std::vector<std::int32_t> places(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        places[static_cast<std::size_t>(order[k])] = static_cast<std::int32_t>(k);
+    return places;
+}
+
 }  // namespace
 
+std::vector<Triangle> MeshTraversal::in_places(std::span<const Triangle> triangles) const {
+    const std::vector<std::int32_t> places = places_of(order);
+    std::vector<Triangle> renamed(triangles.begin(), triangles.end());
+    for (Triangle& t : renamed) {
+        for (std::int32_t& v : t) v = places[static_cast<std::size_t>(v)];
+    }
+    return renamed;
+}
+
 MeshTraversal MeshTraversal::of(std::span<const Triangle> triangles, std::int64_t vertex_count) {
-    return Walk(triangles, vertex_count).run();
+    MeshTraversal traversal = Walk(triangles, vertex_count).run();
+    const std::vector<std::int32_t> places = places_of(traversal.order);
+    const auto rename = [&](std::int32_t& v) { v = v < 0 ? v : places[static_cast<std::size_t>(v)]; };
+    for (Gate& gate : traversal.gates) {
+        rename(gate.left);
+        rename(gate.right);
+        rename(gate.opposite);
+    }
+    for (std::int32_t& v : traversal.anchor) rename(v);
+    return traversal;
 }
 
 }  // namespace batchenc

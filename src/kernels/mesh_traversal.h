@@ -9,10 +9,12 @@
 namespace batchenc {
 
 /// A decoded triangle next to a vertex that is to be decoded: over the edge (left, right), which both share.
+/// Corners are named by their places in the order, as all that is kept of decoded vertices is kept in it.
 struct Gate {
     std::int32_t left = -1;
     std::int32_t right = -1;
     std::int32_t opposite = -1;  ///< third corner of the reference triangle; -1: the edge has none yet
+    std::int32_t triangle = -1;  ///< number of the reference triangle; -1: none
 };
 
 /// The order in which geometry coders walk over a mesh, and from what they may predict each vertex; a
@@ -30,11 +32,14 @@ struct MeshTraversal {
     std::vector<std::int32_t> first_gate;  ///< V + 1 values: gates of order[k] are gates[first_gate[k]] …
                                            ///< before gates[first_gate[k + 1]], at most kMostGates
     std::vector<Gate> gates;               ///< those with a reference triangle; else at most one without
-    std::vector<std::int32_t> anchor;      ///< V values: a decoded vertex near order[k], for those without
-                                           ///< gates; -1 for the very first
+    std::vector<std::int32_t> anchor;  ///< V values: the place of a decoded vertex near order[k], for those
+                                       ///< without gates; -1 for the very first
 
     /// triangles: T, any, every index in [0, vertex_count), T below 2^31 / 3. Linear in time and memory.
     static MeshTraversal of(std::span<const Triangle> triangles, std::int64_t vertex_count);
+
+    /// The triangles with places for vertices.
+    std::vector<Triangle> in_places(std::span<const Triangle> triangles) const;
 
     std::span<const Gate> gates_of(std::size_t place) const {
         return std::span(gates).subspan(static_cast<std::size_t>(first_gate[place]),

@@ -17,8 +17,11 @@ constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growin
                                                                   "rigid"};
 constexpr std::array<std::string_view, 2> kCodecMethods = {"rlpca", "static"};
 constexpr std::array<std::string_view, 4> kLaterCodecMethods = {"splitcoder", "orlpca", "pdct", "rtpca"};
-constexpr std::array<std::string_view, 6> kPredictors = {
-    "auto", "parallelogram", "multiway", "local-parallelogram", "local-multiway", "fitted"};
+constexpr std::array<std::string_view, 11> kPredictors = {
+    "auto",           "parallelogram", "multiway", "local-parallelogram",
+    "local-multiway", "weighted",      "fitted",   "touma-gotsman",
+    "hope",           "hopi",          "hops"};
+constexpr std::array<std::string_view, 4> kTangentials = {"fitted", "weighted", "multiway", "parallelogram"};
 constexpr std::array<std::string_view, 2> kSpaces = {"local", "world"};
 
 /// The value of an enumeration whose name is `name`; the words of a kChoice key are tested to be such names.
@@ -178,6 +181,45 @@ std::vector<JobKey> make_keys() {
          .assign = [](JobDraft& d,
                       const JobValue& v) { d.job.codec.predictor = from_name<GeometryPredictor>(v.text); },
          .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.predictor)); }});
+    keys.push_back(
+        {.path = "codec.tangential",
+         .type = kChoice,
+         .sentence =
+             "touma-gotsman, hope, hopi, hops: how the tangential components are predicted; auto tries all",
+         .words = kTangentials,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.tangential = from_name<TangentialPredictor>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.tangential)); }});
+    keys.push_back(
+        {.path = "codec.fit_vertices",
+         .type = kInteger,
+         .sentence = "hope, hopi: vertices that a surface is fitted to, at most, from 3; 0 is the "
+                     "predictor's own (18, 8)",
+         .low = 0,
+         .high = 64,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.fit.vertices = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.fit.vertices); }});
+    keys.push_back(
+        {.path = "codec.fit_exponent",
+         .type = kNumber,
+         .sentence =
+             "hope, hopi: weights are distance to minus this, from 0; -1 is the predictor's own (1.3, 2.68)",
+         .low = -1,
+         .high = 8,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.fit.exponent = v.number; },
+         .show = [](const JobDraft& d) { return shown(d.job.codec.fit.exponent); }});
+    keys.push_back({.path = "codec.fit_cosine",
+                    .type = kNumber,
+                    .sentence = "hope, hopi, hops: least cosine between normals of triangles that count, "
+                                "from 0; -1 is the predictor's own (0.5, 0.9, 0.5)",
+                    .low = -1,
+                    .high = 1,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.fit.cosine = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.fit.cosine); }});
     keys.push_back(
         {.path = "codec.space",
          .type = kChoice,
