@@ -8,6 +8,7 @@
 #include <string>
 
 #include "codecs/integer_contexts.h"
+#include "codecs/static_forms.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/crc32c.h"
@@ -115,11 +116,6 @@ class FrameContexts {
     std::array<std::array<ScaleContexts, 2>, 2> scales_;
     IntegerModel exact_;
 };
-
-/// Whether the bending angle comes from a surface that is fitted.
-bool is_fitted(GeometryPredictor predictor) {
-    return bends(predictor) && predictor != GeometryPredictor::kToumaGotsman;
-}
 
 std::int32_t bits_of(float value) { return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(value)); }
 
@@ -242,43 +238,94 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
     return {};
 }
 
-/// The forms that a job's predictor stands for: of those that have a curvature some, of `auto` all that paid
-/// on some mesh.
-std::vector<PredictionForm> forms_of(const CodecParameters& parameters) {
-    constexpr std::uint8_t kCurvatures[] = {0, 4, 8, 12};
-    using enum GeometryPredictor;
-    const bool any = parameters.predictor == kAuto;
-    std::vector<PredictionForm> forms;
-    for (const GeometryPredictor candidate : {kParallelogram, kMultiway, kLocalParallelogram, kLocalMultiway,
-                                              kFitted, kWeighted, kToumaGotsman, kHope, kHopi, kHops}) {
-        if (!any && parameters.predictor != candidate) continue;
-        PredictionForm form;
-        form.predictor = candidate;
-        if (is_fitted(candidate)) {
-            form.fit = own_fit(parameters.fit, candidate);
-            // As the stream carries them, so that both sides fit alike.
-            form.fit.exponent = static_cast<double>(static_cast<float>(form.fit.exponent));
-            form.fit.cosine = static_cast<double>(static_cast<float>(form.fit.cosine));
-        }
-        if (bends(candidate)) {
-            for (const auto tangential :
-                 {TangentialPredictor::kFitted, TangentialPredictor::kWeighted,
-                  TangentialPredictor::kMultiway, TangentialPredictor::kParallelogram}) {
-                if (!any && tangential != parameters.tangential) continue;
-                form.tangential = tangential;
-                forms.push_back(form);
-            }
-            continue;
-        }
-        const bool curves = candidate >= kLocalParallelogram;
-        for (const std::uint8_t curvature : kCurvatures) {
-            form.curvature = curvature;
-            forms.push_back(form);
-            if (!curves) break;
-        }
+/// Codes frames in the forms that make their streams smallest.
+class FrameEncoder {
+ public:
+    using Stream = std::vector<std::uint8_t>;
+
+    FrameEncoder(PositionsView positions, std::span<const Triangle> triangles, const StaticHeader& header,
+                 const CodecParameters& parameters, const Executor& executor)
+        : positions_(positions),
+          header_(header),
+          parameters_(parameters),
+          executor_(executor),
+          traversal_(MeshTraversal::of(triangles, positions.vertex_count())) {
+        if (parameters.predictor == GeometryPredictor::kAuto || needs_surface(forms_of(parameters).front()))
+            surface_ = Surface::of(traversal_.in_places(triangles));
     }
-    return forms;
-}
+
+    /// A stream a frame. Forms of `auto` are tried on one frame in kFramesAGroup; those between take the best
+    /// of a few.
+    std::vector<Stream> run() {
+        std::vector<Stream> streams(static_cast<std::size_t>(positions_.frame_count()));
+        for (std::int64_t first = 0; first < positions_.frame_count(); first += kFramesAGroup) {
+            const std::int64_t end = std::min(first + kFramesAGroup, positions_.frame_count());
+            std::vector<Trial> trials = try_on(first);
+            streams[static_cast<std::size_t>(first)] = std::move(trials.front().stream);
+            if (parameters_.predictor == GeometryPredictor::kAuto)
+                trials.resize(std::min(kKept, trials.size()));
+            const auto count = static_cast<std::int64_t>(trials.size());
+            std::vector<Stream> tried(static_cast<std::size_t>((end - first - 1) * count));
+            executor_.for_each(static_cast<std::int64_t>(tried.size()), [&](std::int64_t task) {
+                tried[static_cast<std::size_t>(task)] =
+                    encode(first + 1 + task / count, trials[static_cast<std::size_t>(task % count)].form);
+            });
+            for (std::int64_t f = first + 1; f < end; ++f) {
+                const auto begin = tried.begin() + (f - first - 1) * count;
+                streams[static_cast<std::size_t>(f)] = std::move(*std::min_element(
+                    begin, begin + count, [](const auto& a, const auto& b) { return a.size() < b.size(); }));
+            }
+        }
+        return streams;
+    }
+
+ private:
+    static constexpr std::int64_t kFramesAGroup = 32;
+    static constexpr std::size_t kKept = 3;
+    struct Trial {
+        PredictionForm form;
+        Stream stream;
+    };
+
+    Stream encode(std::int64_t frame, const PredictionForm& form) const {
+        return encode_frame(positions_.frames(frame, frame + 1), traversal_, surface_, header_, form);
+    }
+
+    void add_trials(std::int64_t frame, const std::vector<PredictionForm>& forms,
+                    std::vector<Trial>& trials) const {
+        const std::size_t before = trials.size();
+        for (const PredictionForm& form : forms) trials.push_back({form, {}});
+        executor_.for_each(static_cast<std::int64_t>(forms.size()), [&](std::int64_t k) {
+            Trial& trial = trials[before + static_cast<std::size_t>(k)];
+            trial.stream = encode(frame, trial.form);
+        });
+    }
+
+    /// All forms on a frame, the smallest first.
+    std::vector<Trial> try_on(std::int64_t frame) const {
+        std::vector<Trial> trials;
+        add_trials(frame, forms_of(parameters_), trials);
+        if (parameters_.predictor == GeometryPredictor::kAuto) {
+            // How the tangential components are best predicted does not depend on how the angle is.
+            const auto best =
+                std::min_element(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
+                    const bool a_bends = bends(a.form.predictor), b_bends = bends(b.form.predictor);
+                    return a_bends != b_bends ? a_bends : a.stream.size() < b.stream.size();
+                });
+            add_trials(frame, surface_forms(parameters_, best->form.tangential), trials);
+        }
+        std::stable_sort(trials.begin(), trials.end(),
+                         [](const Trial& a, const Trial& b) { return a.stream.size() < b.stream.size(); });
+        return trials;
+    }
+
+    PositionsView positions_;
+    StaticHeader header_;
+    const CodecParameters& parameters_;
+    const Executor& executor_;
+    MeshTraversal traversal_;
+    Surface surface_;  // where a form looks at it
+};
 
 class StaticClip final : public DecodedClip {
  public:
@@ -352,33 +399,8 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
     header.e_max = static_cast<float>(box.largest_side());
     if (!std::isfinite(header.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
-    const MeshTraversal traversal = MeshTraversal::of(triangles, positions.vertex_count());
-    const std::vector<PredictionForm> forms = forms_of(parameters);
-    const Surface surface = std::any_of(forms.begin(), forms.end(), needs_surface)
-                                ? Surface::of(traversal.in_places(triangles))
-                                : Surface();
-
-    const std::int64_t frame_count = positions.frame_count();
-    std::vector<std::vector<std::uint8_t>> streams(static_cast<std::size_t>(frame_count));
-    const auto count = static_cast<std::int64_t>(forms.size());
-    constexpr std::int64_t kStreamsAtOnce = 128;  // as many are held before the smallest are kept
-    const std::int64_t frames_at_once = std::max<std::int64_t>(1, kStreamsAtOnce / count);
-    std::vector<std::vector<std::uint8_t>> tried;
-    for (std::int64_t first = 0; first < frame_count; first += frames_at_once) {
-        const std::int64_t frames = std::min(frames_at_once, frame_count - first);
-        tried.assign(static_cast<std::size_t>(frames * count), {});
-        executor.for_each(frames * count, [&](std::int64_t task) {
-            const std::int64_t f = first + task / count;
-            tried[static_cast<std::size_t>(task)] =
-                encode_frame(positions.frames(f, f + 1), traversal, surface, header,
-                             forms[static_cast<std::size_t>(task % count)]);
-        });
-        for (std::int64_t f = 0; f < frames; ++f) {
-            const auto begin = tried.begin() + f * count;
-            streams[static_cast<std::size_t>(first + f)] = std::move(*std::min_element(
-                begin, begin + count, [](const auto& a, const auto& b) { return a.size() < b.size(); }));
-        }
-    }
+    const std::vector<FrameEncoder::Stream> streams =
+        FrameEncoder(positions, triangles, header, parameters, executor).run();
 
     ByteWriter frames;
     for (const auto& stream : streams) frames.put_varint(stream.size());
@@ -387,8 +409,8 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
     sections.emplace_back(SectionId::kParameters, header.write());
     sections.emplace_back(SectionId::kResiduals, frames.take());
     EncodedClip clip;
-    clip.bitstream =
-        write_clip_bitstream(CodecMethod::kStatic, positions.vertex_count(), frame_count, sections);
+    clip.bitstream = write_clip_bitstream(CodecMethod::kStatic, positions.vertex_count(),
+                                          positions.frame_count(), sections);
     return clip;
 }
 

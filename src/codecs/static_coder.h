@@ -13,8 +13,8 @@ namespace batchenc {
 // residuals nearby. No vertex is farther from its source than e_max / 2^bits (3.1); where rounding would
 // break that, the vertex is coded exactly.
 
-/// See encode_clip; there is no segmentation. Of predictor `auto` each frame takes the one that makes its
-/// stream smallest.
+/// See encode_clip; there is no segmentation. Of predictor `auto` all are tried
+/// on every 32nd frame, and the frames after it take the best of that frame's three smallest.
 Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Triangle> triangles,
                                     const CodecParameters& parameters, const Executor& executor);
 

@@ -175,7 +175,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.predictor",
          .type = kChoice,
-         .sentence = "static: how a vertex is predicted; auto takes the smallest for each frame",
+         .sentence = "static: how a vertex is predicted; auto takes what makes the stream smallest",
          .words = kPredictors,
          .sweepable = true,
          .assign = [](JobDraft& d,
