@@ -15,7 +15,8 @@ TEST(MeshTraversal, HandWorkedFan) {
     const MeshTraversal traversal = MeshTraversal::of(triangles, 6);
     // 0, 1, 2 begin. 4 waits since 1 (over 0-1), 3 since 2 (over 0-2); 4 makes 3's second triangle ready.
     EXPECT_EQ(traversal.order, (std::vector<std::int32_t>{0, 1, 2, 4, 3, 5}));
-    EXPECT_EQ(traversal.anchor, (std::vector<std::int32_t>{-1, 0, 1, 2, 4, 3}));
+    // Anchors and gates by place: the vertex 4 has place 3, and 3 has 4.
+    EXPECT_EQ(traversal.anchor, (std::vector<std::int32_t>{-1, 0, 1, 2, 3, 4}));
     const auto gates = [&](std::size_t place) {
         std::vector<std::array<std::int32_t, 3>> found;
         for (const Gate& g : traversal.gates_of(place)) found.push_back({g.left, g.right, g.opposite});
@@ -26,7 +27,10 @@ TEST(MeshTraversal, HandWorkedFan) {
     EXPECT_EQ(gates(1), Gates{});
     EXPECT_EQ(gates(2), (Gates{{0, 1, -1}})) << "an edge, and no triangle behind it";
     EXPECT_EQ(gates(3), (Gates{{1, 0, 2}}));
-    EXPECT_EQ(gates(4), (Gates{{0, 2, 1}, {4, 0, 1}}));
+    EXPECT_EQ(gates(4), (Gates{{0, 2, 1}, {3, 0, 1}}));
+    EXPECT_EQ(traversal.gates_of(3)[0].triangle, 0);
+    EXPECT_EQ(traversal.gates_of(4)[1].triangle, 3);
+    EXPECT_EQ(traversal.in_places(triangles)[2], (Triangle{0, 4, 3}));
     EXPECT_EQ(gates(5), Gates{});
 }
 
@@ -41,7 +45,8 @@ TEST(MeshTraversal, VisitsEveryVertexOnceAndPredictsFromTheVisited) {
         for (std::size_t k = 0; k < count; ++k) {
             const std::int32_t v = traversal.order[k];
             ASSERT_EQ(place[static_cast<std::size_t>(v)], -1) << name << ": twice " << v;
-            const auto is_known = [&](std::int32_t w) { return place[static_cast<std::size_t>(w)] >= 0; };
+            const auto is_known = [&](std::int32_t at) { return at >= 0 && at < static_cast<std::int32_t>(k); };
+            place[static_cast<std::size_t>(v)] = static_cast<std::int64_t>(k);
             EXPECT_EQ(traversal.anchor[k] < 0, k == 0) << name;
             if (k > 0) {
                 EXPECT_TRUE(is_known(traversal.anchor[k])) << name;
@@ -57,7 +62,6 @@ TEST(MeshTraversal, VisitsEveryVertexOnceAndPredictsFromTheVisited) {
                     EXPECT_TRUE(gate.opposite != gate.left && gate.opposite != gate.right) << name;
                 }
             }
-            place[static_cast<std::size_t>(v)] = static_cast<std::int64_t>(k);
         }
     }
 }
