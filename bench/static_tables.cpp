@@ -185,17 +185,19 @@ void print_figures(const std::vector<Subject>& subjects) {
          {GeometryPredictor::kToumaGotsman, GeometryPredictor::kHope, GeometryPredictor::kHopi}) {
         const NormalFit own = own_fit({}, normal);
         for (int e = 0; e <= 16; ++e)
-            row("8.3", first[0].name, first, normal, {own.vertices, 0.25 * e, own.cosine});
+            row("8.3", first[0].name, first, normal,
+                {own.vertices, 0.25f * static_cast<float>(e), own.cosine});
         for (int n = 4; n <= 40; n += 2)
             row("8.4", first[0].name, first, normal, {n, own.exponent, own.cosine});
         for (int c = 0; c <= 19; ++c)
-            row("8.5", first[0].name, first, normal, {own.vertices, own.exponent, 0.05 * c});
+            row("8.5", first[0].name, first, normal,
+                {own.vertices, own.exponent, 0.05f * static_cast<float>(c)});
     }
     row("8.6", "all", subjects, GeometryPredictor::kToumaGotsman,
         own_fit({}, GeometryPredictor::kToumaGotsman));
-    for (const double exponent : {0.5, 0.9, 1.3, 1.7, 2.1}) {
+    for (const float exponent : {0.5f, 0.9f, 1.3f, 1.7f, 2.1f}) {
         for (const int n : {6, 8, 10, 12, 14, 16, 18, 20, 24, 28})
-            row("8.6", "all", subjects, GeometryPredictor::kHope, {n, exponent, 0.5});
+            row("8.6", "all", subjects, GeometryPredictor::kHope, {n, exponent, 0.5f});
     }
 }
 

@@ -159,8 +159,8 @@ std::vector<std::uint8_t> encode_frame(PositionsView frame, const MeshTraversal&
     out.put(bends(form.predictor) ? static_cast<std::uint8_t>(form.tangential) : form.curvature);
     if (is_fitted(form.predictor)) {
         out.put(static_cast<std::uint8_t>(form.fit.vertices));
-        out.put(static_cast<float>(form.fit.exponent));
-        out.put(static_cast<float>(form.fit.cosine));
+        out.put(form.fit.exponent);
+        out.put(form.fit.cosine);
     }
     out.put(state_checksum(state.points()));
     out.put_bytes(encoder.finish());
@@ -187,9 +187,9 @@ Expected<PredictionForm> read_form(ByteReader& reader) {
     const auto exponent = reader.get<float>();
     const auto cosine = reader.get<float>();
     if (!cosine) return tl::unexpected(cosine.error());
-    form.fit = {*vertices, static_cast<double>(*exponent), static_cast<double>(*cosine)};
+    form.fit = {*vertices, *exponent, *cosine};
     if (!is_in_range(form.fit) || form.fit.vertices == 0 ||
-        !(form.fit.exponent >= 0.0 && form.fit.cosine >= 0.0))
+        !(form.fit.exponent >= 0.0f && form.fit.cosine >= 0.0f))
         return corrupt("what a surface is fitted to is outside its range");
     return form;
 }

@@ -10,12 +10,7 @@ PredictionForm bending_form(GeometryPredictor predictor, TangentialPredictor tan
     PredictionForm form;
     form.predictor = predictor;
     form.tangential = tangential;
-    if (is_fitted(predictor)) {
-        form.fit = own_fit(fit, predictor);
-        // As the stream carries them, so that both sides fit alike.
-        form.fit.exponent = static_cast<double>(static_cast<float>(form.fit.exponent));
-        form.fit.cosine = static_cast<double>(static_cast<float>(form.fit.cosine));
-    }
+    if (is_fitted(predictor)) form.fit = own_fit(fit, predictor);
     return form;
 }
 
@@ -52,10 +47,10 @@ std::vector<PredictionForm> surface_forms(const CodecParameters& parameters, Tan
     for (const GeometryPredictor predictor : {kHope, kHopi, kHops})
         forms.push_back(bending_form(predictor, tangential, parameters.fit));
     const NormalFit& fit = parameters.fit;
-    if (fit.vertices > 0 || fit.exponent >= 0.0 || fit.cosine >= 0.0) return forms;
-    forms.push_back(bending_form(kHope, tangential, {18, 2.2, 0.8}));
-    forms.push_back(bending_form(kHope, tangential, {64, 1.3, 0.8}));
-    forms.push_back(bending_form(kHopi, tangential, {48, 2.2, 0.95}));
+    if (fit.vertices > 0 || fit.exponent >= 0.0f || fit.cosine >= 0.0f) return forms;
+    forms.push_back(bending_form(kHope, tangential, {18, 2.2f, 0.8f}));
+    forms.push_back(bending_form(kHope, tangential, {64, 1.3f, 0.8f}));
+    forms.push_back(bending_form(kHopi, tangential, {48, 2.2f, 0.95f}));
     return forms;
 }
 

@@ -110,15 +110,15 @@ std::string_view to_name(TangentialPredictor predictor) {
 
 bool is_in_range(const NormalFit& fit) {
     return (fit.vertices == 0 || (fit.vertices >= 3 && fit.vertices <= 64)) &&
-           (fit.exponent == -1.0 || (fit.exponent >= 0.0 && fit.exponent <= 8.0)) &&
-           (fit.cosine == -1.0 || (fit.cosine >= 0.0 && fit.cosine <= 1.0));
+           (fit.exponent == -1.0f || (fit.exponent >= 0.0f && fit.exponent <= 8.0f)) &&
+           (fit.cosine == -1.0f || (fit.cosine >= 0.0f && fit.cosine <= 1.0f));
 }
 
 NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
     const NormalFit own =
-        predictor == GeometryPredictor::kHopi ? NormalFit{8, 2.68, 0.9} : NormalFit{18, 1.3, 0.5};
-    return {fit.vertices > 0 ? fit.vertices : own.vertices, fit.exponent >= 0.0 ? fit.exponent : own.exponent,
-            fit.cosine >= 0.0 ? fit.cosine : own.cosine};
+        predictor == GeometryPredictor::kHopi ? NormalFit{8, 2.68f, 0.9f} : NormalFit{18, 1.3f, 0.5f};
+    return {fit.vertices > 0 ? fit.vertices : own.vertices,
+            fit.exponent >= 0.0f ? fit.exponent : own.exponent, fit.cosine >= 0.0f ? fit.cosine : own.cosine};
 }
 
 bool uses_clusters(CodecMethod method) {

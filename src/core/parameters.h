@@ -54,12 +54,12 @@ enum class TangentialPredictor : std::uint8_t {
     kWeighted = 3,  ///< weighted by valences as by GeometryPredictor::kWeighted, and corrected
 };
 
-/// What a surface is fitted to, where the bending angle is predicted by one (3.3.1). Defaults of the thesis,
-/// which differ between hope and hopi, stand in own_fit().
+/// What a surface is fitted to, where the bending angle is predicted by one (3.3.1). Of single precision, as
+/// streams carry it. Defaults of the thesis, which differ between hope and hopi, stand in own_fit().
 struct NormalFit {
     std::int32_t vertices = 0;  ///< decoded vertices at most, 3 … 64; 0: the predictor's own number
-    double exponent = -1.0;     ///< weights are distance^-exponent, 0 … 8; -1: the predictor's own
-    double cosine = -1.0;       ///< of the largest angle between normals, 0 … 1; -1: the predictor's own
+    float exponent = -1.0f;     ///< weights are distance^-exponent, 0 … 8; -1: the predictor's own
+    float cosine = -1.0f;       ///< of the largest angle between normals, 0 … 1; -1: the predictor's own
 };
 
 /// Whether a result keeps the order in which the source has its vertices and triangles.

@@ -180,7 +180,7 @@ void BendingAngle::gather(const Gate& gate, const GateFrame& frame) {
         triangle_seen_[static_cast<std::size_t>(other / 3)] = gathering_;
         if (!is_decoded(other / 3)) continue;
         const Vector* normal = normal_of(other / 3);
-        if (!normal || !(dot(*normal, *reference) > fit_.cosine)) continue;
+        if (!normal || !(dot(*normal, *reference) > static_cast<double>(fit_.cosine))) continue;
         take(third(other));
         waiting_.push_back(Surface::next(other));
         waiting_.push_back(Surface::previous(other));
@@ -189,7 +189,7 @@ void BendingAngle::gather(const Gate& gate, const GateFrame& frame) {
 
 double BendingAngle::weight(const Vector& p) const {
     const double square = dot(p, p);
-    return square > 0.0 ? power(square, -0.5 * fit_.exponent) : 0.0;
+    return square > 0.0 ? power(square, -0.5 * static_cast<double>(fit_.exponent)) : 0.0;
 }
 
 bool BendingAngle::predict_graph(double x, double radius, UnitVector& direction) {
@@ -287,7 +287,7 @@ bool BendingAngle::predict_sphere(const Gate& gate, const GateFrame& frame, doub
         const std::int32_t other = surface_.twin[static_cast<std::size_t>(h)];
         if (other == kNone || !is_decoded(other / 3)) continue;
         const Vector* normal = normal_of(other / 3);
-        if (!normal || !(dot(*normal, *reference) > fit_.cosine)) continue;
+        if (!normal || !(dot(*normal, *reference) > static_cast<double>(fit_.cosine))) continue;
         const Vector q = local(third(other), frame);
         const double across = q[1] - centre;
         const double power_of_q = q[0] * q[0] + across * across + q[2] * q[2] - square;

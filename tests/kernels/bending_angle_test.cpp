@@ -111,7 +111,7 @@ TEST(BendingAngle, ASphereIsFollowed) {
     EXPECT_GT(creases, 2e-3) << "neighbouring creases are not the same on this grid";
     EXPECT_LT(patch.error(GeometryPredictor::kHope), 0.5 * creases);
     EXPECT_FALSE(patch.fell_back);
-    EXPECT_LT(patch.error(GeometryPredictor::kHopi, {40, 1.3, 0.5}), 1e-3) << "a quadric: exact";
+    EXPECT_LT(patch.error(GeometryPredictor::kHopi, {40, 1.3f, 0.5f}), 1e-3) << "a quadric: exact";
     EXPECT_LT(patch.error(GeometryPredictor::kHops), 1e-3) << "a sphere: exact";
     EXPECT_FALSE(patch.fell_back);
 }
@@ -121,7 +121,7 @@ TEST(BendingAngle, AParabolaIsFollowed) {
     Patch patch(parabola);
     const double creases = patch.error(GeometryPredictor::kToumaGotsman);
     EXPECT_LT(patch.error(GeometryPredictor::kHope), 0.2 * creases);
-    EXPECT_LT(patch.error(GeometryPredictor::kHopi, {40, 1.3, 0.5}), 0.2 * creases);
+    EXPECT_LT(patch.error(GeometryPredictor::kHopi, {40, 1.3f, 0.5f}), 0.2 * creases);
 }
 
 TEST(BendingAngle, FallsBackWhereNothingCanBeFitted) {
@@ -139,8 +139,8 @@ TEST(BendingAngle, VerticesBeyondASharpEdgeDoNotCount) {
     // A roof whose ridge is two rows before the gate: with them the fitted surface bends, without them it is
     // the plane.
     Patch patch([](double, double y) { return -0.5 * std::abs(y + 2.0 * Patch::kCell); });
-    EXPECT_LT(patch.error(GeometryPredictor::kHope, {18, 1.3, 0.9}), 1e-3);
-    EXPECT_GT(patch.error(GeometryPredictor::kHope, {64, 0.0, 0.0}), 0.02);
+    EXPECT_LT(patch.error(GeometryPredictor::kHope, {18, 1.3f, 0.9f}), 1e-3);
+    EXPECT_GT(patch.error(GeometryPredictor::kHope, {64, 0.0f, 0.0f}), 0.02);
 }
 
 }  // namespace

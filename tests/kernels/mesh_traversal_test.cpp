@@ -45,7 +45,9 @@ TEST(MeshTraversal, VisitsEveryVertexOnceAndPredictsFromTheVisited) {
         for (std::size_t k = 0; k < count; ++k) {
             const std::int32_t v = traversal.order[k];
             ASSERT_EQ(place[static_cast<std::size_t>(v)], -1) << name << ": twice " << v;
-            const auto is_known = [&](std::int32_t at) { return at >= 0 && at < static_cast<std::int32_t>(k); };
+            const auto is_known = [&](std::int32_t at) {
+                return at >= 0 && at < static_cast<std::int32_t>(k);
+            };
             place[static_cast<std::size_t>(v)] = static_cast<std::int64_t>(k);
             EXPECT_EQ(traversal.anchor[k] < 0, k == 0) << name;
             if (k > 0) {

@@ -36,7 +36,8 @@ Enum from_name(std::string_view name) {
 std::int32_t narrow(std::int64_t value) { return static_cast<std::int32_t>(value); }
 
 /// The shortest decimal number that reads back as the same.
-std::string shown(double value) {
+template <typename Float>
+std::string shown(Float value) {
     char text[32];
     return {text, std::to_chars(text, text + sizeof(text), value).ptr};
 }
@@ -209,17 +210,20 @@ std::vector<JobKey> make_keys() {
          .low = -1,
          .high = 8,
          .sweepable = true,
-         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.fit.exponent = v.number; },
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.fit.exponent = static_cast<float>(v.number); },
          .show = [](const JobDraft& d) { return shown(d.job.codec.fit.exponent); }});
-    keys.push_back({.path = "codec.fit_cosine",
-                    .type = kNumber,
-                    .sentence = "hope, hopi, hops: least cosine between normals of triangles that count, "
-                                "from 0; -1 is the predictor's own (0.5, 0.9, 0.5)",
-                    .low = -1,
-                    .high = 1,
-                    .sweepable = true,
-                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.fit.cosine = v.number; },
-                    .show = [](const JobDraft& d) { return shown(d.job.codec.fit.cosine); }});
+    keys.push_back(
+        {.path = "codec.fit_cosine",
+         .type = kNumber,
+         .sentence = "hope, hopi, hops: least cosine between normals of triangles that count, "
+                     "from 0; -1 is the predictor's own (0.5, 0.9, 0.5)",
+         .low = -1,
+         .high = 1,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.fit.cosine = static_cast<float>(v.number); },
+         .show = [](const JobDraft& d) { return shown(d.job.codec.fit.cosine); }});
     keys.push_back(
         {.path = "codec.space",
          .type = kChoice,
