@@ -79,26 +79,21 @@ void BitCoder::shift() {
     high_ = (high_ << 8) | 0xffu;
 }
 
+std::uint8_t BitCoder::last_byte() const {
+    // The first bytes of low and high differ, so that the next one above low is enough, and none where low is
+    // zero.
+    return static_cast<std::uint8_t>((low_ >> 24) + ((low_ & 0xffffffu) != 0 ? 1 : 0));
+}
+
 std::vector<std::uint8_t> BitCoder::finish() {
-    // The shortest bytes that, followed by zeros, lie between low and high: those of the value with most
-    // zeros at its end.
-    std::uint32_t value = low_;
-    for (unsigned zeros = 24; zeros > 0; zeros -= 8) {
-        const std::uint64_t rounded = ((std::uint64_t{low_} + (1u << zeros) - 1) >> zeros) << zeros;
-        if (rounded <= high_) {
-            value = static_cast<std::uint32_t>(rounded);
-            break;
-        }
-    }
-    for (; value != 0; value <<= 8) written_.push_back(static_cast<std::uint8_t>(value >> 24));
-    while (!written_.empty() && written_.back() == 0)
-        written_.pop_back();  // a decoder reads zeros behind the end
+    if (const std::uint8_t last = last_byte(); last != 0) written_.push_back(last);
     return std::move(written_);
 }
 
 Expected<void> BitCoder::check_end() const {
-    // A whole stream has been read into the window, and lacks at most the window's bytes.
-    if (is_overrun() || at_ != bytes_.size() || (!bytes_.empty() && bytes_.back() == 0))
+    const std::size_t behind = at_ + overrun_ - kLookahead;  // bytes that are no longer in the window
+    const std::uint8_t last = last_byte();
+    if (bytes_.size() != behind + (last != 0 ? 1 : 0) || window_ != std::uint32_t{last} << 24)
         return fail(ErrorCode::kCorrupt, "a coded stream does not end where its values do");
     return {};
 }

@@ -41,18 +41,19 @@ class BitCoder {
     std::vector<std::uint8_t> finish();
     /// Decoding: whether more was read than there is. A stream that ends early gives zeros; loops ask this.
     bool is_overrun() const { return overrun_ > kLookahead; }
-    /// Decoding: error kCorrupt unless exactly the whole stream was read.
+    /// Decoding: error kCorrupt unless the bytes are what finish gives for the bits that were read.
     Expected<void> check_end() const;
 
  private:
     static constexpr std::size_t kLookahead = 4;  // bytes of the window that a whole stream may lack
     void shift();
+    /// What ends the stream, followed by zeros that are not there; 0: nothing does.
+    std::uint8_t last_byte() const;
 
     bool is_decoder_ = false;
     std::uint32_t low_ = 0, high_ = 0xffffffffu;
     std::uint32_t window_ = 0;
     std::vector<std::uint8_t> written_;
-    bool is_begun_ = false;
     std::span<const std::uint8_t> bytes_;
     std::size_t at_ = 0, overrun_ = 0;
 };

@@ -65,7 +65,7 @@ class Walk {
 
     /// False where the stream is corrupt.
     bool run() {
-        while (static_cast<std::int64_t>(coded_.triangles.size()) < triangle_count_) {
+        while (!is_full()) {
             if (!start_piece()) return false;
             while (const auto gate = take_gate()) {
                 if (!pass(*gate) || coder_.is_overrun()) return false;
@@ -91,6 +91,7 @@ class Walk {
         bool is_active = true, is_border = false;
     };
 
+    bool is_full() const { return static_cast<std::int64_t>(coded_.triangles.size()) >= triangle_count_; }
     Fan& fan(std::int32_t f) { return fans_[static_cast<std::size_t>(f)]; }
     FrontEdge& edge(std::int32_t e) { return edges_[static_cast<std::size_t>(e)]; }
     std::int32_t to(std::int32_t e) { return edge(edge(e).next).from; }
@@ -185,7 +186,7 @@ class Walk {
                 x = edge(meets).from;
             }
         }
-        if (x == u || x == w || fan(x).left == 0) return false;
+        if (x == u || x == w || fan(x).left == 0 || is_full()) return false;
         place(u, w, x, half);
 
         const std::int32_t first = joins_before ? kNone : add_edge(u, w, previous_of(half));  // u to x

@@ -44,6 +44,7 @@ void expect_same(const Job& a, const Job& b) {
     EXPECT_EQ(a.codec.basis_bits, b.codec.basis_bits);
     EXPECT_EQ(a.codec.coefficient_bits, b.codec.coefficient_bits);
     EXPECT_EQ(a.codec.frame_bits, b.codec.frame_bits);
+    EXPECT_EQ(a.order, b.order);
     EXPECT_EQ(a.analysis, b.analysis);
     EXPECT_EQ(a.yaml, b.yaml);
 }
@@ -55,7 +56,7 @@ TEST(JobFile, ReadsEveryKey) {
         "input:  {file: ../data/dance.h5, positions: /p, triangles: /mesh/t, frames: [3, 201]}\n"
         "output: out/dance.h5\n"
         "clips:  {length: 64}\n"
-        "order:  preserve\n"
+        "order:  free\n"
         "segmentation: {method: adaptive, clusters: 7, threshold: 2.5e-4}\n"
         "codec:  {method: rlpca, space: world, components: 8, basis_bits: 9, coefficient_bits: 10, "
         "frame_bits: 11}\n"
@@ -71,6 +72,7 @@ TEST(JobFile, ReadsEveryKey) {
     EXPECT_EQ(job.frame_end, 201);
     EXPECT_EQ(job.output, "jobs/out/dance.h5");
     EXPECT_EQ(job.clip_length, 64);
+    EXPECT_EQ(job.order, MeshOrder::kFree);
     EXPECT_EQ(job.segmentation.method, SegmentationMethod::kAdaptive);
     EXPECT_EQ(job.segmentation.clusters, 7);
     EXPECT_EQ(job.segmentation.threshold, 2.5e-4);
@@ -93,6 +95,18 @@ TEST(JobFile, FillsInDefaults) {
     expect_same(job, expected);
 }
 
+TEST(JobFile, ReadsBothOrders) {
+    for (const MeshOrder order : {MeshOrder::kPreserve, MeshOrder::kFree}) {
+        const std::string word(to_name(order));
+        const Job job = parse_well(kShortest + "order: " + word + "\n")[0];
+        EXPECT_EQ(job.order, order);
+        EXPECT_NE(job.yaml.find("order: " + word), std::string::npos) << job.yaml;
+        EXPECT_EQ(parse_well(job.yaml)[0].order, order);
+    }
+    EXPECT_EQ(parse_well(kShortest)[0].order, MeshOrder::kPreserve);
+    EXPECT_EQ(to_name(static_cast<MeshOrder>(2)), "unknown");
+}
+
 TEST(JobFile, KeepsAbsolutePaths) {
     const Job job = parse_well("batchenc: 1\ninput: {file: /a/b.h5}\noutput: /c.h5\n")[0];
     EXPECT_EQ(job.input, "/a/b.h5");
@@ -110,7 +124,7 @@ TEST(JobFile, SpelledOutJobGivesTheSameJobAgain) {
         kShortest,
         "batchenc: 1\nname: \"Größe \\\"2\\\" \\\\o {clusters}\"\ninput: {file: 'a # \"b\".h5', frames: [5, "
         "6]}\n"
-        "output: '[{codec.method}] {space}.h5'\nanalysis: false\nclips: {length: 12}\n"
+        "output: '[{codec.method}] {space}.h5'\nanalysis: false\nclips: {length: 12}\norder: free\n"
         "segmentation: {method: rigid, clusters: 0, threshold: 0.1}\n"
         "codec: {space: world, components: 4096, basis_bits: 2, coefficient_bits: 20, frame_bits: 22}\n",
         kShortest + "name: 'x{components}'\nsweep: {codec.components: [3, 4]}\n",

@@ -60,6 +60,15 @@ TEST(Sweep, EverySweepableKeyHasAPlaceholder) {
     }
 }
 
+TEST(Sweep, TakesBothOrders) {
+    const auto jobs = parse("o_{order}.h5", "{order: [preserve, free]}");
+    ASSERT_TRUE(jobs.has_value()) << jobs.error().to_string();
+    ASSERT_EQ(jobs->size(), 2u);
+    EXPECT_EQ((*jobs)[0].order, MeshOrder::kPreserve);
+    EXPECT_EQ((*jobs)[1].order, MeshOrder::kFree);
+    EXPECT_TRUE((*jobs)[1].output.string().ends_with("o_free.h5")) << (*jobs)[1].output;
+}
+
 TEST(Sweep, RefusesMembersWithOneOutput) {
     expect_error(parse("x/../o.h5", "{codec.components: [5, 10]}"), ErrorCode::kInvalidArgument, "4:9",
                  "jobs 1 and 2 of the sweep would write the same output; put {codec.components} into it");

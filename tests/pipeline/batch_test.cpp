@@ -81,19 +81,22 @@ TEST_F(Batch, WritesResultsWhoseFiguresAddUp) {
 TEST_F(Batch, WritesTheSameBytesForAnyThreadsAndAnyOrder) {
     write_clip("a.h5", waving_sheet(30));
     write_clip("b.h5", waving_sheet(9, 20));
-    const std::vector<Job> jobs = {make_job("a", "a.h5", "clips: {length: 7}\n"), make_job("b", "b.h5")};
+    const std::vector<Job> jobs = {make_job("a", "a.h5", "clips: {length: 7}\n"), make_job("b", "b.h5"),
+                                   make_job("c", "a.h5", "clips: {length: 7}\norder: free\n")};
     ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, 1).all_done());
-    const auto a = content("a"), b = content("b");
+    const auto a = content("a"), b = content("b"), c = content("c");
     ASSERT_FALSE(a.empty());
     for (const int threads : {2, 5}) {
         ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, threads).all_done());
         EXPECT_EQ(content("a"), a) << threads << " threads";
         EXPECT_EQ(content("b"), b) << threads << " threads";
+        EXPECT_EQ(content("c"), c) << threads << " threads";
     }
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
         ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, 2, ShuffledExecutor(seed)).all_done());
         EXPECT_EQ(content("a"), a) << "order " << seed;
         EXPECT_EQ(content("b"), b) << "order " << seed;
+        EXPECT_EQ(content("c"), c) << "order " << seed;
     }
 }
 

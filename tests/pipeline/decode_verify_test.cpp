@@ -1,9 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "codecs/connectivity_bitstream.h"
+#include "io/result_file.h"
 #include "pipeline/decode_result.h"
 #include "pipeline/tbb_executor.h"
 #include "pipeline/verify_result.h"
 #include "tests/pipeline/batch_fixture.h"
+#include "tests/support/sample_meshes.h"
 
 namespace batchenc {
 namespace {
@@ -159,6 +166,121 @@ TEST_F(DecodeVerify, VerifyFindsDifferences) {
     EXPECT_FALSE(reordered->agrees());
     EXPECT_EQ(verify(write_clip("small.h5", waving_sheet(20, 5))).error().code, ErrorCode::kVerification);
     EXPECT_EQ(verify(write_clip("short.h5", waving_sheet(19))).error().code, ErrorCode::kVerification);
+}
+
+class FreeOrder : public DecodeVerify {
+ protected:
+    // The sheet in disorder, and two vertices that no triangle has.
+    void SetUp() override {
+        DecodeVerify::SetUp();
+        std::mt19937 generator(1);
+        std::erase_if(source_.triangles, [](const Triangle& t) {
+            return std::find_if(t.begin(), t.end(), [](std::int32_t v) { return v == 0 || v == 77; }) !=
+                   t.end();
+        });
+        test::shuffle(source_.triangles, generator);
+        test::rotate_corners(source_.triangles, generator);
+        write_clip("sheet.h5", source_);
+    }
+
+    std::map<std::string, double> metrics() const {
+        return (*ResultReader::open(output("a")))->metrics().values;
+    }
+
+    // Encodes, and compares what comes back with the source in the coder's order.
+    void expect_sources_reordered(const Job& job, double largest_error) {
+        ASSERT_EQ(job.order, MeshOrder::kFree);
+        encode(job);
+        DecodeRequest wanted = request("back.h5");
+        wanted.overwrite = true;
+        ASSERT_TRUE(decode(wanted));
+        const auto back = read_mesh_sequence(folder_ / "back.h5");
+        ASSERT_TRUE(back) << back.error().to_string();
+        const auto coded =
+            write_connectivity_bitstream(source_.triangles, source_.vertex_count, MeshOrder::kFree);
+        ASSERT_TRUE(coded);
+        EXPECT_EQ(back->triangles, coded->triangles);
+        EXPECT_NE(back->triangles, source_.triangles);
+        auto mapped = back->triangles;
+        for (Triangle& t : mapped) {
+            for (std::int32_t& v : t) v = coded->source_vertices[static_cast<std::size_t>(v)];
+        }
+        EXPECT_EQ(test::without_order(mapped), test::without_order(source_.triangles));
+        EXPECT_EQ(std::set<std::int32_t>(coded->source_vertices.end() - 2, coded->source_vertices.end()),
+                  (std::set<std::int32_t>{0, 77}));
+        ASSERT_EQ(back->frame_count, source_.frame_count);
+        ASSERT_EQ(back->vertex_count, source_.vertex_count);
+        for (std::int64_t f = 0; f < back->frame_count; ++f) {
+            for (std::int64_t v = 0; v < back->vertex_count; ++v) {
+                const float* is = back->view().at(f, v);
+                const float* was = source_.view().at(f, coded->source_vertices[static_cast<std::size_t>(v)]);
+                for (int axis = 0; axis < 3; ++axis)
+                    ASSERT_NEAR(is[axis], was[axis], largest_error) << f << " " << v;
+            }
+        }
+    }
+
+    void expect_verified() {
+        const auto report = verify(folder_ / "sheet.h5");
+        ASSERT_TRUE(report) << report.error().to_string();
+        for (const VerifiedFigure& figure : report->figures)
+            EXPECT_TRUE(figure.agrees) << figure.name << " " << figure.recorded << " " << figure.measured;
+        EXPECT_TRUE(report->same_triangles);
+        EXPECT_TRUE(report->agrees());
+    }
+};
+
+TEST_F(FreeOrder, GivesTheSourceInTheCodersOrder) {
+    expect_sources_reordered(make_job("a", "sheet.h5", "order: free\nclips: {length: 7}\n"), 0.05);
+    expect_verified();
+}
+
+TEST_F(FreeOrder, WorksForTheStaticCoder) {
+    const std::string yaml =
+        "batchenc: 1\nname: a\ninput: {file: sheet.h5}\noutput: out/a.h5\norder: free\n"
+        "codec: {method: static, bits: 12}\n";
+    expect_sources_reordered(parse_job(yaml, folder_ / "a.yaml").value().front(), 12.0 / 4096);
+    expect_verified();
+}
+
+TEST_F(FreeOrder, CostsNothingForTheOrder) {
+    encode(make_job("a", "sheet.h5"));
+    const auto preserved = metrics();
+    EXPECT_GT(preserved.at("bits_order"), 8.0 * 100);
+    listener_ = RecordingListener();
+    encode(make_job("a", "sheet.h5", "order: free\n"));
+    const auto free = metrics();
+    EXPECT_EQ(free.at("bits_order"), 0.0);
+    EXPECT_LT(free.at("bits_total"), preserved.at("bits_total"));
+    EXPECT_NEAR(free.at("bits_connectivity"), preserved.at("bits_connectivity"), 8.0);  // a size of two bytes
+}
+
+TEST_F(FreeOrder, LeavesPointsAsTheyAre) {
+    source_.triangles.clear();
+    write_clip("sheet.h5", source_);
+    encode(make_job("a", "sheet.h5", "order: free\n"));
+    ASSERT_TRUE(decode(request("back.h5")));
+    const auto back = read_mesh_sequence(folder_ / "back.h5");
+    ASSERT_TRUE(back) << back.error().to_string();
+    for (std::size_t i = 0; i < back->positions.size(); ++i)
+        ASSERT_NEAR(back->positions[i], source_.positions[i], 0.05) << i;
+    expect_verified();
+}
+
+TEST_F(FreeOrder, VerifyFindsDifferences) {
+    encode(make_job("a", "sheet.h5", "order: free\n"));
+    MeshSequence other = source_;
+    other.positions[777] += 0.5F;
+    const auto moved = verify(write_clip("moved.h5", other));
+    ASSERT_TRUE(moved);
+    EXPECT_TRUE(moved->same_triangles);
+    EXPECT_FALSE(moved->agrees());
+    other = source_;
+    std::swap(other.triangles[3][0], other.triangles[3][1]);
+    const auto turned = verify(write_clip("turned.h5", other));
+    ASSERT_TRUE(turned);
+    EXPECT_FALSE(turned->same_triangles);
+    EXPECT_FALSE(turned->agrees());
 }
 
 }  // namespace
