@@ -96,7 +96,7 @@ struct CodecParameters {
                              ///< source than e_max / 2^bits
     GeometryPredictor predictor = GeometryPredictor::kAuto;
     TangentialPredictor tangential = TangentialPredictor::kFitted;
-    NormalFit fit;
+    NormalFit fit = {};
 
     // rlpca
     CoordinateSpace space = CoordinateSpace::kLocal;

@@ -234,6 +234,7 @@ void StaticPrediction::correct(std::span<const Gate> gates, Vector& place) {
 }
 
 void StaticPrediction::set_axes(std::span<const Gate> gates, VertexPrediction& prediction) const {
+    prediction.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // where there is no plane
     Vector normal{};
     for (const Gate& gate : gates) {
         const Vector left = at(gate.left);

@@ -31,9 +31,10 @@ bool needs_surface(const PredictionForm& form);
 
 /// Where a vertex is thought to be and how far it may be from there.
 struct VertexPrediction {
-    std::array<double, 3> place{};        ///< lattice units
-    bool in_world_axes = true;            ///< residuals are along x, y, z
-    std::array<double, 9> axes;           ///< rows: the directions of the residuals, where they are others
+    std::array<double, 3> place{};  ///< lattice units
+    bool in_world_axes = true;      ///< residuals are along x, y, z
+    std::array<double, 9>
+        axes;  ///< rows: their directions, where they are others; of local predictors always
     std::array<std::int32_t, 3> sizes{};  ///< expected magnitudes of the residuals, sixteenths of a step
     int gates = 0;                        ///< reference triangles behind it: 0, 1, 2 (or more)
 

@@ -56,7 +56,7 @@ class Walk {
           surface_(surface),
           triangle_count_(triangle_count),
           vertex_count_(vertex_count),
-          numbers_(surface ? surface->triangles : std::vector<Triangle>()) {
+          numbers_(surface ? std::span<const Triangle>(surface->triangles) : std::span<const Triangle>()) {
         if (!surface_) return;
         fan_made_.assign(surface_->fan_size.size(), kNone);
         edge_of_half_.assign(surface_->twin.size(), kNone);

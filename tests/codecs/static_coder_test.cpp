@@ -58,6 +58,8 @@ TEST(Static, RoundTripsEveryKindOfClipAndMeetsItsBound) {
             static_cast<double>(static_cast<float>(bounding_box(clip.view()).largest_side()));
         for (const GeometryPredictor predictor : kPredictors) {
             for (const std::int32_t bits : {4, 5, 8, 12, 16, 20, 24}) {
+                SCOPED_TRACE(name + ", " + std::string(to_name(predictor)) + ", " + std::to_string(bits) +
+                             " bits");
                 const EncodedClip encoded = encode(clip, bits, predictor);
                 EXPECT_EQ(encoded.section_bytes.total(), static_cast<std::int64_t>(encoded.bitstream.size()));
                 EXPECT_GT(encoded.section_bytes.residuals, 0);

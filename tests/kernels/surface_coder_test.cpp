@@ -234,10 +234,11 @@ TEST(SurfaceCoder, RejectsTruncationsAndExtraBytes) {
 
 TEST(SurfaceCoder, SurvivesDamage) {
     std::mt19937 generator(5);
-    const auto meshes = some_meshes();
+    std::vector<Coded> all;
+    for (const auto& triangles : some_meshes()) all.push_back(encode(triangles));
     int accepted = 0;
     for (int trial = 0; trial < 2000; ++trial) {
-        const Coded coded = encode(meshes[static_cast<std::size_t>(trial) % meshes.size()]);
+        const Coded& coded = all[static_cast<std::size_t>(trial) % all.size()];
         auto damaged = coded.bytes;
         for (int flips = test::draw(generator, 4) + 1; flips > 0; --flips) {
             damaged[static_cast<std::size_t>(test::draw(generator, static_cast<int>(damaged.size())))] ^=

@@ -91,6 +91,7 @@ bool is_plain_number(std::string_view text) {
         text.remove_prefix(count);
         return count;
     };
+    if (text.starts_with('-')) text.remove_prefix(1);
     const bool zero_first = text.starts_with('0');
     const std::size_t whole = digits();
     if (whole == 0 || (zero_first && whole > 1)) return false;
