@@ -174,7 +174,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
         EXPECT_FALSE(accepted(key, key.high + 1)) << key.path;
         ++tested;
     }
-    EXPECT_EQ(tested, 6);
+    EXPECT_EQ(tested, 7);
 }
 
 TEST(JobSchema, WordsAgreeWithCheckParameters) {
@@ -186,7 +186,8 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
             return check_parameters(draft.job.codec);
         });
     };
-    for (const char* path : {"segmentation.method", "codec.method", "codec.space", "codec.predictor"}) {
+    for (const char* path :
+         {"segmentation.method", "codec.method", "codec.space", "codec.predictor", "codec.tangential"}) {
         const JobKey& key = *find_job_key(path);
         for (const auto word : key.words) EXPECT_TRUE(check(key, word).has_value()) << path << " " << word;
         for (const auto word : key.later) {
@@ -203,10 +204,14 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
 
 TEST(JobSchema, HelpNamesEveryKeyRangeAndDefault) {
     const std::string help = job_help();
+    std::string unwrapped = help;
+    const std::string indent = "\n" + std::string(28, ' ');
+    for (std::size_t at = 0; (at = unwrapped.find(indent, at)) != std::string::npos;)
+        unwrapped.replace(at, indent.size(), " ");
     for (const JobKey& key : job_keys()) {
-        const std::size_t at = help.find(" " + std::string(key.path) + "  ");
+        const std::size_t at = unwrapped.find(" " + std::string(key.path) + "  ");
         ASSERT_NE(at, std::string::npos) << key.path;
-        const std::string entry = help.substr(at, help.find('\n', help.find('\n', at) + 1) - at);
+        const std::string entry = unwrapped.substr(at, unwrapped.find('\n', at) - at);
         EXPECT_NE(entry.find(describe_range(key)), std::string::npos) << entry;
         EXPECT_NE(entry.find(describe_default(key)), std::string::npos) << entry;
         EXPECT_NE(entry.find(key.sentence), std::string::npos) << entry;

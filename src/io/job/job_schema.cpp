@@ -329,6 +329,19 @@ std::string joined(std::span<const std::string_view> words) {
     return text;
 }
 
+/// Text over several lines of at most 120 characters, each after `indent` blanks but the first.
+std::string wrapped(std::string_view text, std::size_t indent) {
+    constexpr std::size_t kWidth = 120;
+    std::string lines;
+    while (text.size() > kWidth - indent) {
+        const std::size_t blank = text.rfind(' ', kWidth - indent);
+        if (blank == std::string_view::npos) break;
+        lines += std::string(text.substr(0, blank)) + "\n" + std::string(indent, ' ');
+        text.remove_prefix(blank + 1);
+    }
+    return lines + std::string(text);
+}
+
 }  // namespace
 
 std::span<const JobKey> job_keys() {
@@ -427,19 +440,21 @@ std::string describe_default(const JobKey& key) {
 }
 
 std::string job_help() {
+    constexpr std::size_t kIndent = 28;
     std::string help =
         "Keys of a job file. Paths are relative to the job file; * marks keys that a sweep takes.\n\n";
     for (const JobKey& key : job_keys()) {
         std::string line = (key.sweepable ? "* " : "  ") + std::string(key.path);
-        line.resize(std::max<std::size_t>(line.size() + 2, 28), ' ');
-        line += describe_range(key);
+        line.resize(std::max<std::size_t>(line.size() + 2, kIndent), ' ');
+        std::string range = describe_range(key);
         const std::string by_default = describe_default(key);
         if (by_default == "required") {
-            line += "; required";
+            range += "; required";
         } else if (!by_default.empty()) {
-            line += "; default " + by_default;
+            range += "; default " + by_default;
         }
-        help += line + "\n" + std::string(28, ' ') + std::string(key.sentence) + "\n";
+        help += line + wrapped(range, kIndent) + "\n" + std::string(kIndent, ' ') +
+                wrapped(key.sentence, kIndent) + "\n";
     }
     return help;
 }
