@@ -16,7 +16,9 @@ const SerialExecutor kSerial;
 
 using enum GeometryPredictor;
 constexpr GeometryPredictor kPredictors[] = {kParallelogram, kMultiway, kLocalParallelogram,
-                                             kLocalMultiway, kFitted,   kAuto};
+                                             kLocalMultiway, kFitted,   kWeighted,
+                                             kToumaGotsman,  kHope,     kHopi,
+                                             kHops,          kAuto};
 
 CodecParameters parameters_of(std::int32_t bits, GeometryPredictor predictor = kAuto) {
     CodecParameters parameters;
@@ -67,6 +69,37 @@ TEST(Static, RoundTripsEveryKindOfClipAndMeetsItsBound) {
                 EXPECT_LE(test::largest_distance(clip.view(), decoded.view()), e_max * std::ldexp(1.0, -bits))
                     << name << ", " << to_name(predictor) << ", " << bits << " bits";
             }
+        }
+    }
+}
+
+TEST(Static, RoundTripsEveryTangentialPredictorAndFit) {
+    const MeshSequence clip = test::sheet(20, 15, 2);
+    const double e_max = bounding_box(clip.view()).largest_side();
+    std::vector<std::vector<std::uint8_t>> streams;
+    const auto check = [&](const CodecParameters& parameters) {
+        auto encoded = encode_clip(clip.view(), clip.triangles, {}, parameters, kSerial);
+        ASSERT_TRUE(encoded) << encoded.error().to_string();
+        const MeshSequence decoded = decode(clip, encoded->bitstream);
+        EXPECT_LE(test::largest_distance(clip.view(), decoded.view()), e_max * std::ldexp(1.0, -12));
+        EXPECT_EQ(std::count(streams.begin(), streams.end(), encoded->bitstream), 0) << "as another did";
+        streams.push_back(std::move(encoded->bitstream));
+    };
+    for (const GeometryPredictor predictor : {kToumaGotsman, kHope, kHopi, kHops}) {
+        for (const auto tangential : {TangentialPredictor::kParallelogram, TangentialPredictor::kMultiway,
+                                      TangentialPredictor::kFitted, TangentialPredictor::kWeighted}) {
+            CodecParameters parameters = parameters_of(12, predictor);
+            parameters.tangential = tangential;
+            check(parameters);
+        }
+    }
+    for (const NormalFit fit :
+         {NormalFit{3, -1.0f, -1.0f}, NormalFit{64, -1.0f, -1.0f}, NormalFit{0, 0.0f, -1.0f},
+          NormalFit{0, 8.0f, -1.0f}, NormalFit{0, -1.0f, 0.0f}, NormalFit{0, -1.0f, 1.0f}}) {
+        for (const GeometryPredictor predictor : {kHope, kHopi}) {
+            CodecParameters parameters = parameters_of(12, predictor);
+            parameters.fit = fit;
+            check(parameters);
         }
     }
 }
@@ -211,8 +244,9 @@ std::vector<std::uint8_t> rebuild(const ClipBitstream& clip, std::span<const std
 TEST(Static, SurvivesChangesBehindValidChecksums) {
     MeshSequence clip = test::sheet(6, 5, 3);
     clip.triangles.resize(clip.triangles.size() - 6);  // some vertices without a triangle
-    for (const std::int32_t bits : {8, 24}) {
-        const auto bytes = encode(clip, bits, kFitted).bitstream;
+    for (const auto& [bits, predictor] :
+         {std::pair{8, kFitted}, {24, kFitted}, {8, kHope}, {12, kHopi}, {24, kHops}}) {
+        const auto bytes = encode(clip, bits, predictor).bitstream;
         const auto parsed = *parse_clip_bitstream(bytes);
         int refused = 0, accepted = 0;
         for (const SectionId section : {SectionId::kParameters, SectionId::kResiduals}) {
@@ -235,8 +269,39 @@ TEST(Static, SurvivesChangesBehindValidChecksums) {
             }
         }
         // The state's checksum sees every change of a residual; another box is another valid clip.
-        EXPECT_LE(accepted, 3 * 16) << bits;
+        // What surfaces are fitted to, nine bytes a frame, may differ and come to the same.
+        EXPECT_LE(accepted, 3 * 16 + (predictor == kFitted ? 0 : 3 * 3 * 9)) << bits;
         EXPECT_GT(refused, accepted) << bits;
+    }
+}
+
+TEST(Static, RefusesFormsThatTheEncoderNeverWrites) {
+    const MeshSequence clip = test::sheet(6, 5, 1);
+    const auto bytes = encode(clip, 8, kHope).bitstream;
+    const auto parsed = *parse_clip_bitstream(bytes);
+    const auto payload = parsed.payload(SectionId::kResiduals);
+    // The stream's size, one byte here; then predictor, tangential, vertices, exponent, cosine.
+    ASSERT_LT(payload[0], 0x80);
+    const auto decoded_with = [&](std::size_t at, const std::vector<std::uint8_t>& values) {
+        std::vector<std::uint8_t> changed(payload.begin(), payload.end());
+        std::copy(values.begin(), values.end(), changed.begin() + static_cast<std::ptrdiff_t>(1 + at));
+        return try_decode(
+            clip, rebuild(parsed, parsed.payload(SectionId::kParameters), changed, clip.vertex_count, 1));
+    };
+    EXPECT_TRUE(decoded_with(0, {7}));
+    const std::vector<std::uint8_t> not_a_number = {0, 0, 0xc0, 0x7f}, minus_one = {0, 0, 0x80, 0xbf},
+                                    nine = {0, 0, 0x10, 0x41};
+    const std::vector<std::pair<std::size_t, std::vector<std::uint8_t>>> forms = {
+        {0, {0}},       {0, {11}}, {0, {255}},        {1, {4}},       {1, {255}},
+        {2, {0}},       {2, {1}},  {2, {2}},          {2, {65}},      {3, not_a_number},
+        {3, minus_one}, {3, nine}, {7, not_a_number}, {7, minus_one}, {7, nine}};
+    for (const auto& [at, values] : forms) {
+        const auto decoded = decoded_with(at, values);
+        ASSERT_FALSE(decoded) << at << " " << int{values[0]};
+        EXPECT_EQ(decoded.error().code, ErrorCode::kCorrupt);
+        EXPECT_TRUE(decoded.error().message.find("predictor") != std::string::npos ||
+                    decoded.error().message.find("fitted to") != std::string::npos)
+            << decoded.error().to_string();
     }
 }
 
