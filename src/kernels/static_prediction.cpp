@@ -35,9 +35,13 @@ bool is_multiway(const PredictionForm& form) {
            form.predictor != GeometryPredictor::kLocalParallelogram;
 }
 
-std::int32_t rounded(
-    double steps) {  // to the nearest, either way from the middle: only the encoder rounds here
-    return static_cast<std::int32_t>(steps + (steps < 0.0 ? -0.5 : 0.5));
+/// To the nearest, either way from the middle: only the encoder rounds here. A fit that learnt from tiny
+/// triangles may predict places far outside; their residuals stop at 2^30, which leads nowhere near the
+/// vertex, so that it is coded exactly.
+std::int32_t rounded(double steps) {
+    constexpr double kLimit = 1 << 30;
+    steps += steps < 0.0 ? -0.5 : 0.5;
+    return static_cast<std::int32_t>(steps > -kLimit ? (steps < kLimit ? steps : kLimit) : -kLimit);
 }
 
 /// Two gates that share a vertex: that vertex, and the two others.
