@@ -1,8 +1,9 @@
-"""The connectivity bitstream of docs/FORMAT.md; a part of independent_decoder.py."""
+"""The connectivity bitstream of docs/FORMAT.md, and its coder 1; a part of independent_decoder.py."""
 
 import struct
 
 from independent_streams import Model, Reader, Stream, crc32c, need
+from independent_surface import decode_surface
 
 NONE = -1
 
@@ -142,11 +143,15 @@ def decode_connectivity(data):
     need(reader.take(4) == b"BENM" and reader.get("B") == 1, "no connectivity of version 1")
     need(reader.left() >= 4 and crc32c(data[:-4]) == struct.unpack("<I", data[-4:])[0], "checksum of the connectivity")
     reader = Reader(data[5:-4])
-    need(reader.get("B") == 1, "an unknown connectivity coder")
+    coder = reader.get("B")
+    need(coder in (1, 2), "an unknown connectivity coder")
     vertex_count, triangle_count = reader.varint(2**31 - 1), reader.varint(2**63 - 1)
-    stream = reader.take(reader.varint(len(data)))
-    need(reader.left() == 0 and 2 * triangle_count <= (8 * len(stream) + 64) * 3024, "impossible sizes")
-    decoder = ConnectivityDecoder(Stream(stream), vertex_count, triangle_count)
+    payload = reader.take(reader.varint(len(data)))
+    need(reader.left() == 0, "bytes left over")
+    if coder == 2:
+        return vertex_count, decode_surface(Reader(payload), vertex_count, triangle_count)
+    need(2 * triangle_count <= (8 * len(payload) + 64) * 3024, "more triangles than the bytes can hold")
+    decoder = ConnectivityDecoder(Stream(payload), vertex_count, triangle_count)
     triangles = [decoder.triangle() for _ in range(triangle_count)]
     decoder.stream.finish()
     return vertex_count, triangles

@@ -1,7 +1,7 @@
 """A second decoder, written from docs/FORMAT.md alone and sharing no code with the program: for reading, and as the
 proof that the document says enough. Slow; every step stands as plainly as it can. Integers are in
-independent_streams.py, triangles in independent_connectivity.py, the static coder in independent_static.py, other
-clips here.
+independent_streams.py, triangles in independent_connectivity.py and independent_surface_gluing.py, the static coder in
+independent_static.py and independent_bending.py, other clips here.
 
 Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
        independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
@@ -320,6 +320,16 @@ CASES = [
     *((f"static-{predictor}", "walker", 400, 3, f"codec: {{method: static, bits: {bits}, predictor: {predictor}}}\n", None)
       for predictor, bits in (("parallelogram", 12), ("multiway", 8), ("local-parallelogram", 10), ("local-multiway", 14),
                               ("fitted", 12), ("auto", 6))),
+    *((f"static-{name}", "walker", 400, 2, f"codec: {{method: static, bits: {bits}, predictor: {keys}}}\n", None)
+      for name, bits, keys in (("touma", 12, "touma-gotsman, tangential: parallelogram"),
+                               ("hope", 12, "hope"), ("hope-far", 24, "hope, fit_vertices: 64, fit_exponent: 8"),
+                               ("hopi", 10, "hopi, tangential: weighted"), ("hopi-few", 8, "hopi, fit_vertices: 4"),
+                               ("hops", 12, "hops, tangential: multiway, fit_cosine: 0"), ("weighted", 14, "weighted"))),
+    *((f"static-odd-{predictor}", "flag", 400, 1,
+       f"codec: {{method: static, predictor: {predictor}, tangential: weighted}}\n", None)
+      for predictor in ("touma-gotsman", "hope", "hopi", "hops", "weighted")),
+    *((f"static-collapsed-{predictor}", "jelly", 400, 1, f"codec: {{method: static, predictor: {predictor}}}\n", None)
+      for predictor in ("fitted", "weighted", "hopi")),
     ("static-odd", "flag", 500, 3, "codec: {method: static, predictor: fitted}\n", None),
     ("static-sparse", "flag", 500, 2, "codec: {method: static, predictor: local-multiway}\n", None),
     ("static-fine", "jelly", 200, 2, "codec: {method: static, bits: 24, predictor: fitted}\n", None),
@@ -349,8 +359,13 @@ def compare(binary, folder, name, kind, vertices, frames, keys, components):
     if name in ("points", "long", "static-points"):
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             del file["triangles"]
-    if name in ("world", "static-odd"):
+    if name == "world" or name.startswith("static-odd"):
         shuffle_triangles(folder / f"{name}.h5")
+    if name.startswith("static-collapsed"):  # triangles without a normal
+        with h5py.File(folder / f"{name}.h5", "r+") as file:
+            positions = file["positions"][()]
+            positions[:, ::3] = positions[:, :1]
+            file["positions"][...] = positions
     if name in ("sparse", "static-sparse"):  # so few triangles that vertices share slots
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             triangles = file["triangles"][()][::9]
