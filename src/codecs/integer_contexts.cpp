@@ -52,11 +52,9 @@ int ScaleContexts::class_of(double mean_magnitude) {
     return std::clamp(static_cast<int>(std::lround(2.0 * std::log2(mean_magnitude))) + 8, 0, kClasses - 1);
 }
 
-IntegerModel& ScaleContexts::of(int scale_class) {
-    const int c = std::clamp(scale_class, 0, kClasses - 1);
-    auto& model = models_[static_cast<std::size_t>(c)];
-    if (!model) model = std::make_unique<IntegerModel>(prior_of_class(c));
-    return *model;
+IntegerModel& ScaleContexts::make(std::size_t scale_class) {
+    models_[scale_class] = std::make_unique<IntegerModel>(prior_of_class(static_cast<int>(scale_class)));
+    return *models_[scale_class];
 }
 
 void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series) {

@@ -22,13 +22,20 @@ class ScaleContexts {
     static int class_of(double mean_magnitude);
     /// Context of a class; a class outside the range, which only a corrupt stream names, is treated as the
     /// nearest.
-    IntegerModel& of(int scale_class);
+    IntegerModel& of(int scale_class) {
+        const auto c = static_cast<std::size_t>(scale_class < 0          ? 0
+                                                : scale_class < kClasses ? scale_class
+                                                                         : kClasses - 1);
+        return models_[c] ? *models_[c] : make(c);
+    }
 
     int last_class = 16;  ///< of the run before in this stream; classes are coded as differences
     IntegerModel class_change{2.0};
     IntegerModel choice{1.0};  ///< predictor or order of each run
 
  private:
+    IntegerModel& make(std::size_t scale_class);
+
     std::array<std::unique_ptr<IntegerModel>, kClasses> models_;
 };
 

@@ -80,7 +80,7 @@ StaticPrediction::StaticPrediction(const MeshTraversal& traversal, const Surface
     if (bends(form.predictor)) bending_.emplace(surface, form.fit, form.predictor, decoded_.size());
 }
 
-StaticPrediction::Vector StaticPrediction::at(std::int32_t place) const {
+inline StaticPrediction::Vector StaticPrediction::at(std::int32_t place) const {
     const LatticePoint& p = decoded_[static_cast<std::size_t>(place)].point;
     return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
@@ -188,7 +188,7 @@ std::array<std::int32_t, 3> StaticPrediction::residuals_of(VertexPrediction& pre
     return residuals;
 }
 
-Vector StaticPrediction::beyond(const Gate& gate) const {
+inline Vector StaticPrediction::beyond(const Gate& gate) const {
     const Vector left = at(gate.left), right = at(gate.right);
     if (!weighs(form_)) return minus(plus(left, right), at(gate.opposite));
     // The corner behind, mirrored in the point of the gate below which triangles of such angles have their
@@ -257,7 +257,7 @@ void StaticPrediction::set_axes(std::span<const Gate> gates, VertexPrediction& p
     prediction.in_world_axes = false;
 }
 
-void StaticPrediction::set_sizes(std::span<const Gate> gates, VertexPrediction& prediction) const {
+inline void StaticPrediction::set_sizes(std::span<const Gate> gates, VertexPrediction& prediction) const {
     // The first two gates' ends, and with one gate the corner behind it.
     std::array<std::int32_t, 3> sum{};  // at most five of kLargestSize
     std::int32_t count = 0;

@@ -82,8 +82,8 @@ Expected<std::int64_t> read_integer(std::string_view label, std::int64_t low, st
     return value;
 }
 
-/// Digits, then perhaps a point and digits, then perhaps e, a sign and digits; nothing that YAML readers take
-/// for different things.
+/// Perhaps a minus, digits, then perhaps a point and digits, then perhaps e, a sign and digits; nothing that
+/// YAML readers take for different things.
 bool is_plain_number(std::string_view text) {
     const auto digits = [&] {
         std::size_t count = 0;
@@ -123,7 +123,7 @@ Expected<JobValue> read_number(const JobKey& key, const YamlNode& node, const st
     double value = 0.0;
     const auto parsed = std::from_chars(node.text.data(), node.text.data() + node.text.size(), value);
     if (parsed.ec != std::errc{} || value < static_cast<double>(key.low) ||
-        value > static_cast<double>(key.high))
+        value > static_cast<double>(key.high) || (value == 0.0 && node.text.front() == '-'))
         return refuse(node, file, name + " is " + quoted_for_message(node.text) + ", outside " + range);
     return JobValue{.integer = 0, .number = value, .end = {}, .text = {}};
 }
