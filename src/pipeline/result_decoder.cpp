@@ -28,7 +28,7 @@ Expected<ResultDecoder> ResultDecoder::open(const std::filesystem::path& path, s
     if (!bitstream) return tl::unexpected(bitstream.error());
     if (!bitstream->empty()) {
         constexpr std::int64_t kBytesPerTriangle =
-            48;  // the triangle, its neighbours, and what decoding keeps
+            288;  // the triangle, its neighbours, and what decoding keeps (measured: 99 to 279)
         if (header.triangle_count > memory_bytes / kBytesPerTriangle) {
             return fail(
                 ErrorCode::kLimit,

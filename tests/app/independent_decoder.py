@@ -1,7 +1,8 @@
 """A second decoder, written from docs/FORMAT.md alone and sharing no code with the program: for reading, and as the
 proof that the document says enough. Slow; every step stands as plainly as it can. Integers are in
-independent_streams.py, triangles in independent_connectivity.py and independent_surface_gluing.py, the static coder in
-independent_static.py and independent_bending.py, other clips here.
+independent_streams.py, triangles in independent_connectivity.py (independent_bits.py, independent_surface.py and
+independent_order.py are its coder 2), the static coder in independent_static.py (independent_bending.py,
+independent_surface_gluing.py and independent_vectors.py are parts of it), other clips here.
 
 Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
        independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
@@ -333,6 +334,10 @@ CASES = [
     ("static-odd", "flag", 500, 3, "codec: {method: static, predictor: fitted}\n", None),
     ("static-sparse", "flag", 500, 2, "codec: {method: static, predictor: local-multiway}\n", None),
     ("static-fine", "jelly", 200, 2, "codec: {method: static, bits: 24, predictor: fitted}\n", None),
+    ("static-free", "flag", 500, 2, "order: free\ncodec: {method: static, bits: 9}\n", None),
+    ("static-soup", "jelly", 500, 1, "codec: {method: static, bits: 6}\n", None),
+    ("static-soup-free", "jelly", 500, 1, "order: free\ncodec: {method: static, bits: 6}\n", None),
+    ("free", "walker", 600, 20, "order: free\nsegmentation: {clusters: 6}\ncodec: {components: 5}\n", None),
     ("static-points", "jelly", 200, 2, "codec: {method: static, bits: 9}\n", None),
     ("streams", "jelly", 4000, 30, "segmentation: {clusters: 8}\ncodec: {components: 12}\n", None),
 ]
@@ -347,6 +352,30 @@ def shuffle_triangles(path):
         triangles[1] = triangles[0]
         triangles[2, 1] = triangles[2, 0]
         file["triangles"][...] = triangles
+
+
+def soup():
+    """All that is no surface: a full and an open fan of 300, a strip with a twist, edges of many triangles, any triangles
+    on few vertices, repeated and degenerate ones."""
+    strip = [300 + k for k in range(40)] + [301, 300]
+    triangles = [(0, k + 1, (k + 1) % 300 + 1) for k in range(300)] + [(341, k, k + 1) for k in range(1, 300)]
+    triangles += [tuple(strip[k:k + 3]) for k in range(40)] + [(342, 343, 344 + k) for k in range(9)]
+    generator = np.random.default_rng(2)
+    return np.concatenate([triangles, generator.integers(360, 372, (150, 3)), generator.integers(380, 480, (150, 3)),
+                           triangles[-3:]]).astype(np.int32)
+
+
+def check_older_coder():
+    """Connectivity coder 1, which the program no longer writes."""
+    squares = [5 * y + x for y in range(3) for x in range(4)]
+    triangles = [t for a in squares for t in ((a, a + 1, a + 5), (a + 1, a + 6, a + 5))]
+    triangles[::7] = [t[::-1] for t in triangles[::7]]
+    triangles = triangles[::2] + triangles[1::2]
+    triangles += [triangles[3], (19, 19, 2), (7, 21, 0)]
+    written = bytes.fromhex("42454e4d0101161b462f46e05c00d78b5e005016bdc46ba2fba03eff9f8b211b050d090805030e0808090a090d02"
+                            "071805060709080d05050412031000060e0508090504010d203c303e7c108151001d4e13e5")
+    need(decode_connectivity(written) == (22, list(map(list, triangles))), "triangles of connectivity coder 1 differ")
+    print(f"{'coder 1':<12} {len(triangles):>6} triangles alike")
 
 
 def run(binary, folder, *arguments):
@@ -366,6 +395,10 @@ def compare(binary, folder, name, kind, vertices, frames, keys, components):
             positions = file["positions"][()]
             positions[:, ::3] = positions[:, :1]
             file["positions"][...] = positions
+    if name.startswith("static-soup"):
+        with h5py.File(folder / f"{name}.h5", "r+") as file:
+            del file["triangles"]
+            file["triangles"] = soup()
     if name in ("sparse", "static-sparse"):  # so few triangles that vertices share slots
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             triangles = file["triangles"][()][::9]
@@ -399,6 +432,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     binary = Path(sys.argv[1]).resolve()
+    check_older_coder()
     with tempfile.TemporaryDirectory(prefix="batchenc-") as folder:
         for case in CASES:
             compare(binary, Path(folder), *case)
