@@ -2,17 +2,14 @@
 
 #include <cmath>
 
+#include "kernels/vector3.h"
+
 namespace batchenc {
 namespace {
 
 using Vector = std::array<double, 3>;
 
-double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Vector over(const Vector& a, double s) { return {a[0] / s, a[1] / s, a[2] / s}; }
-Vector cross(const Vector& a, const Vector& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 }  // namespace
 

@@ -4,66 +4,19 @@ from bisect import bisect_left
 
 from independent_bits import AdaptiveBits, Count, Difference, MixedBits
 from independent_streams import need
+from independent_surface_gluing import Surface, following, preceding
 
 NONE = -1
-
-
-def following(h):
-    return h - 2 if h % 3 == 2 else h + 1
-
-
-def preceding(h):
-    return h + 2 if h % 3 == 0 else h - 1
 
 
 class Glued:
     """flipped of each triangle; start and twin of each half-edge."""
 
     def __init__(self, triangles):
-        start = [v for t in triangles for v in t]
-        twin, edges = [NONE] * len(start), {}
-        for t, corners in enumerate(triangles):
-            if len(set(corners)) == 3:
-                for h in range(3 * t, 3 * t + 3):
-                    a, b = start[h], start[following(h)]
-                    edges.setdefault((min(a, b), max(a, b)), []).append(h)
-        for halves in edges.values():
-            if len(halves) == 2:
-                twin[halves[0]], twin[halves[1]] = halves[1], halves[0]
-
-        flipped, seen = [0] * len(triangles), [False] * len(triangles)
-        for first in range(len(triangles)):
-            stack = [] if seen[first] else [first]
-            seen[first] = True
-            while stack:
-                t = stack.pop()
-                for h in range(3 * t, 3 * t + 3):
-                    o = twin[h]
-                    if o == NONE:
-                        continue
-                    s, f = o // 3, flipped[t] ^ (start[h] == start[o])
-                    if not seen[s]:
-                        seen[s], flipped[s] = True, f
-                        stack.append(s)
-                    elif flipped[s] != f:
-                        twin[h] = twin[o] = NONE
-
-        def renumbered(h):
-            return h - h % 3 + 2 - h % 3 if h != NONE and flipped[h // 3] else h
-
-        self.flipped, self.twin, self.start = flipped, [NONE] * len(twin), start
-        for h, o in enumerate(twin):
-            self.twin[renumbered(h)] = renumbered(o)
-        for t, flip in enumerate(flipped):
-            if flip:
-                start[3 * t + 1], start[3 * t + 2] = start[3 * t + 2], start[3 * t + 1]
-        for halves in edges.values():
-            if len(halves) > 2:
-                halves = [renumbered(h) for h in halves]
-                up = [h for h in halves if start[h] < start[following(h)]]
-                down = [h for h in halves if start[h] > start[following(h)]]
-                for h, o in zip(up, down):
-                    self.twin[h], self.twin[o] = o, h
+        surface = Surface(triangles)
+        self.flipped = [int(flip) for flip in surface.is_flipped]
+        self.start = [v for t in surface.triangles for v in t]
+        self.twin = [NONE if o is None else o for o in surface.twin]
 
 
 class Jumps:

@@ -44,6 +44,14 @@ class DecodeVerify : public BatchTest {
     Expected<VerifyReport> verify(const std::filesystem::path& source) const {
         return verify_result(output("a"), source, kMemory, TbbExecutor(stop_), stop_, [](double) {});
     }
+    void expect_verified() {
+        const auto report = verify(folder_ / "sheet.h5");
+        ASSERT_TRUE(report) << report.error().to_string();
+        for (const VerifiedFigure& figure : report->figures)
+            EXPECT_TRUE(figure.agrees) << figure.name << " " << figure.recorded << " " << figure.measured;
+        EXPECT_TRUE(report->same_triangles);
+        EXPECT_TRUE(report->agrees());
+    }
 
     MeshSequence source_;
 };
@@ -126,12 +134,7 @@ TEST_F(DecodeVerify, DecodeRefusesMistakes) {
 
 TEST_F(DecodeVerify, VerifyAgreesWithTheSource) {
     encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
-    const auto report = verify(folder_ / "sheet.h5");
-    ASSERT_TRUE(report) << report.error().to_string();
-    for (const VerifiedFigure& figure : report->figures)
-        EXPECT_TRUE(figure.agrees) << figure.name << " " << figure.recorded << " " << figure.measured;
-    EXPECT_TRUE(report->same_triangles);
-    EXPECT_TRUE(report->agrees());
+    expect_verified();
 }
 
 TEST_F(DecodeVerify, VerifyFindsTheFrameRangeInTheWholeClip) {
@@ -218,15 +221,6 @@ class FreeOrder : public DecodeVerify {
                     ASSERT_NEAR(is[axis], was[axis], largest_error) << f << " " << v;
             }
         }
-    }
-
-    void expect_verified() {
-        const auto report = verify(folder_ / "sheet.h5");
-        ASSERT_TRUE(report) << report.error().to_string();
-        for (const VerifiedFigure& figure : report->figures)
-            EXPECT_TRUE(figure.agrees) << figure.name << " " << figure.recorded << " " << figure.measured;
-        EXPECT_TRUE(report->same_triangles);
-        EXPECT_TRUE(report->agrees());
     }
 };
 
