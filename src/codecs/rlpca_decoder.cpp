@@ -1,7 +1,9 @@
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
+#include "codecs/coded_segmentation.h"
+#include "codecs/coded_streams.h"
+#include "codecs/integer_contexts.h"
 #include "codecs/rlpca.h"
 #include "codecs/rlpca_layout.h"
 #include "kernels/byte_stream.h"
@@ -20,49 +22,6 @@ Expected<MinMaxQuantizer> read_quantizer(ByteReader& reader, int bits) {
                         std::isfinite(quantizer.dequantize(std::int32_t{1} << bits));
     if (!finite || *step < 0.0f) return fail(ErrorCode::kCorrupt, "a quantiser is not finite");
     return quantizer;
-}
-
-/// Sizes, then bytes, of `count` streams; checked against the section, and their values against what the
-/// bytes can hold.
-Expected<std::vector<std::span<const std::uint8_t>>> split_streams(
-    ByteReader& reader, const std::vector<std::vector<std::int32_t>>& streams,
-    std::span<const std::int64_t> values_of_cluster) {
-    std::vector<std::uint64_t> sizes;
-    for (std::size_t s = 0; s < streams.size(); ++s) {
-        const auto size = reader.get_varint(reader.remaining());
-        if (!size) return tl::unexpected(size.error());
-        sizes.push_back(*size);
-    }
-    std::vector<std::span<const std::uint8_t>> parts;
-    for (std::size_t s = 0; s < streams.size(); ++s) {
-        const auto part = reader.get_bytes(sizes[s]);
-        if (!part) return tl::unexpected(part.error());
-        std::uint64_t values = 0;
-        for (const std::int32_t i : streams[s])
-            values += static_cast<std::uint64_t>(values_of_cluster[static_cast<std::size_t>(i)]);
-        if (values > max_symbol_count(part->size()))
-            return fail(ErrorCode::kCorrupt, "more values than the bytes can hold");
-        parts.push_back(*part);
-    }
-    if (reader.remaining() != 0) return fail(ErrorCode::kCorrupt, "bytes left over");
-    return parts;
-}
-
-/// Decodes all streams at once. decode_stream(decoder, clusters) returns false on corruption; `whole` says
-/// whether it decodes each stream to its end, which is then checked.
-template <typename DecodeStream>
-Expected<void> decode_streams(const std::vector<std::span<const std::uint8_t>>& parts,
-                              const std::vector<std::vector<std::int32_t>>& streams, bool whole,
-                              const Executor& executor, DecodeStream decode_stream) {
-    std::vector<std::uint8_t> good(parts.size(), 0);
-    executor.for_each(static_cast<std::int64_t>(parts.size()), [&](std::int64_t index) {
-        const auto s = static_cast<std::size_t>(index);
-        auto decoder = RangeDecoder::open(parts[s]);
-        good[s] = decoder && decode_stream(*decoder, streams[s]) && (!whole || decoder->finish());
-    });
-    if (std::find(good.begin(), good.end(), 0) != good.end())
-        return fail(ErrorCode::kCorrupt, "a coded stream does not decode");
-    return {};
 }
 
 /// Turns levels relative to zero into values. False for a level outside the scale.
@@ -171,31 +130,14 @@ Expected<void> RlpcaClip::decode_frames(std::span<const std::uint8_t> payload, c
         tracks_.push_back(header_.world_track(info_.frame_count));
         return {};
     }
-    ByteReader reader(payload);
-    const std::vector<std::int64_t> values(cluster_count(), 9 * info_.frame_count);
-    const auto streams = deal_streams(values);
-    const auto parts = split_streams(reader, streams, values);
-    if (!parts) return tl::unexpected(parts.error());
-    paths_.resize(cluster_count());
+    auto paths = read_paths(payload, cluster_count(), info_.frame_count, header_.lattice.bits, executor);
+    if (!paths) return tl::unexpected(paths.error());
+    paths_ = std::move(*paths);
     tracks_.resize(cluster_count(), LocalFrameTrack(0));
-    const std::int64_t limit =
-        std::int64_t{4} << header_.frame_bits;  // edges reach twice across the box; both keep int32 safe
-    return decode_streams(*parts, streams, true, executor,
-                          [&](RangeDecoder& decoder, const std::vector<std::int32_t>& clusters) {
-                              SeriesContexts contexts;
-                              for (const std::int32_t index : clusters) {
-                                  const auto i = static_cast<std::size_t>(index);
-                                  for (auto& series : paths_[i].series) {
-                                      series.resize(static_cast<std::size_t>(info_.frame_count));
-                                      if (!decode_series(decoder, contexts, series)) return false;
-                                      for (const std::int32_t level : series) {
-                                          if (level > limit || level < -limit) return false;
-                                      }
-                                  }
-                                  tracks_[i] = paths_[i].track(header_);
-                              }
-                              return true;
-                          });
+    executor.for_each(header_.cluster_count, [&](std::int64_t i) {
+        tracks_[static_cast<std::size_t>(i)] = paths_[static_cast<std::size_t>(i)].track(header_.lattice);
+    });
+    return {};
 }
 
 Expected<void> RlpcaClip::decode_basis(std::span<const std::uint8_t> payload, std::int32_t components,
@@ -319,7 +261,7 @@ void RlpcaClip::reconstruct_block(std::int64_t begin, std::int64_t count, float*
     for (std::size_t i = paths_.size(); i-- > 0;) {
         for (std::size_t corner = 0; corner < 3; ++corner) {
             for (std::int64_t f = 0; f < count; ++f) {
-                const auto point = paths_[i].corner(corner, begin + f, header_);
+                const auto point = paths_[i].corner(corner, begin + f, header_.lattice);
                 float* p = out + f * frame_stride + 3 * segmentation_.seed_triangles[i][corner];
                 for (std::size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(point[c]);
             }
@@ -370,7 +312,7 @@ Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
     info.parameters.components = header->components;
     info.parameters.basis_bits = header->basis_bits;
     info.parameters.coefficient_bits = header->coefficient_bits;
-    info.parameters.frame_bits = header->frame_bits;
+    info.parameters.frame_bits = header->lattice.bits;
     return info;
 }
 

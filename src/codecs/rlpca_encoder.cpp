@@ -2,6 +2,9 @@
 #include <cmath>
 #include <optional>
 
+#include "codecs/coded_segmentation.h"
+#include "codecs/coded_streams.h"
+#include "codecs/integer_contexts.h"
 #include "codecs/rlpca.h"
 #include "codecs/rlpca_layout.h"
 #include "kernels/bounding_box.h"
@@ -19,31 +22,6 @@ struct CodedCluster {
     std::vector<std::int32_t> basis;         // L columns of 3n levels, relative to the level of zero
     std::vector<std::int32_t> coefficients;  // L rows of F levels, likewise
 };
-
-/// Levels of a coordinate of one vertex over time.
-std::vector<std::int32_t> lattice_series(PositionsView positions, std::int32_t vertex, std::size_t coordinate,
-                                         const RlpcaHeader& header) {
-    std::vector<std::int32_t> series(static_cast<std::size_t>(positions.frame_count()));
-    const double step = header.lattice_step();
-    for (std::int64_t f = 0; f < positions.frame_count() && step > 0.0; ++f) {
-        const double offset = static_cast<double>(positions.at(f, vertex)[coordinate]) -
-                              static_cast<double>(header.center[coordinate]);
-        series[static_cast<std::size_t>(f)] = static_cast<std::int32_t>(std::floor(offset / step + 0.5));
-    }
-    return series;
-}
-
-SeedTrianglePath path_of(PositionsView positions, const Triangle& triangle, const RlpcaHeader& header) {
-    SeedTrianglePath path;
-    for (std::size_t c = 0; c < 3; ++c) {
-        path.series[c] = lattice_series(positions, triangle[0], c, header);
-        for (std::size_t corner = 1; corner < 3; ++corner) {
-            auto& edge = path.series[3 * corner + c] = lattice_series(positions, triangle[corner], c, header);
-            for (std::size_t f = 0; f < edge.size(); ++f) edge[f] -= path.series[c][f];
-        }
-    }
-    return path;
-}
 
 /// A_i: coordinates of a cluster's vertices, 3n × F, in the frames of its track.
 ColMajorMatrixXf local_coordinates(PositionsView positions, const ClusterTraversal& cluster,
@@ -117,20 +95,6 @@ Expected<CodedCluster> code_cluster(const ColMajorMatrixXf& matrix, const RlpcaH
     return CodedCluster{};
 }
 
-using Streams = std::vector<std::vector<std::int32_t>>;
-
-/// Runs `code_stream` for each stream at once and joins what comes out: sizes, then bytes.
-template <typename CodeStream>
-void append_streams(ByteWriter& out, const Streams& streams, const Executor& executor,
-                    CodeStream code_stream) {
-    std::vector<std::vector<std::uint8_t>> bytes(streams.size());
-    executor.for_each(static_cast<std::int64_t>(streams.size()), [&](std::int64_t s) {
-        bytes[static_cast<std::size_t>(s)] = code_stream(streams[static_cast<std::size_t>(s)]);
-    });
-    for (const auto& stream : bytes) out.put_varint(stream.size());
-    for (const auto& stream : bytes) out.put_bytes(stream);
-}
-
 /// Calls code(cluster, component) for the clusters of one stream, components outermost, so that a decoder may
 /// stop after any of them.
 template <typename Code>
@@ -152,22 +116,6 @@ std::span<const std::int32_t> part_of(const std::vector<std::int32_t>& values, s
                                       std::size_t index) {
     const std::size_t size = values.size() / static_cast<std::size_t>(count);
     return std::span(values).subspan(index * size, size);
-}
-
-std::vector<std::uint8_t> frames_section(const std::vector<SeedTrianglePath>& paths, std::int64_t frame_count,
-                                         const Executor& executor) {
-    ByteWriter out;
-    const std::vector<std::int64_t> values(paths.size(), 9 * frame_count);
-    append_streams(out, deal_streams(values), executor, [&](const std::vector<std::int32_t>& clusters) {
-        RangeEncoder encoder;
-        SeriesContexts contexts;
-        for (const std::int32_t i : clusters) {
-            for (const auto& series : paths[static_cast<std::size_t>(i)].series)
-                encode_series(encoder, contexts, series);
-        }
-        return encoder.finish();
-    });
-    return out.take();
 }
 
 std::vector<std::uint8_t> basis_section(const std::vector<CodedCluster>& coded, const RlpcaLayout& layout,
@@ -221,12 +169,12 @@ Expected<RlpcaHeader> make_header(PositionsView positions, const CodecParameters
     header.space = parameters.space;
     header.basis_bits = parameters.basis_bits;
     header.coefficient_bits = parameters.coefficient_bits;
-    header.frame_bits = parameters.frame_bits;
+    header.lattice.bits = parameters.frame_bits;
     header.components = parameters.components;
     header.cluster_count = cluster_count;
-    header.center = box.center();
-    header.e_max = static_cast<float>(box.largest_side());
-    if (!std::isfinite(header.e_max))
+    header.lattice.center = box.center();
+    header.lattice.e_max = static_cast<float>(box.largest_side());
+    if (!std::isfinite(header.lattice.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
     return header;
 }
@@ -251,9 +199,9 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     std::vector<std::optional<Error>> errors(layout.clusters.size());
     executor.for_each(header.cluster_count, [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        if (local) paths[i] = path_of(positions, seed_triangles[i], header);
+        if (local) paths[i] = SeedTrianglePath::of(positions, seed_triangles[i], header.lattice);
         const LocalFrameTrack track =
-            local ? paths[i].track(header) : header.world_track(positions.frame_count());
+            local ? paths[i].track(header.lattice) : header.world_track(positions.frame_count());
         auto result = code_cluster(local_coordinates(positions, layout.clusters[i], track), header);
         if (result) {
             coded[i] = std::move(*result);
@@ -269,7 +217,7 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     sections.emplace_back(SectionId::kParameters, header.write());
     sections.emplace_back(SectionId::kSegmentation, write_segmentation(segmentation.labels, seed_triangles,
                                                                        header.cluster_count, adjacency));
-    sections.emplace_back(SectionId::kFrames, local ? frames_section(paths, positions.frame_count(), executor)
+    sections.emplace_back(SectionId::kFrames, local ? write_paths(paths, positions.frame_count(), executor)
                                                     : std::vector<std::uint8_t>());
     sections.emplace_back(SectionId::kBasis, basis_section(coded, layout, executor));
     sections.emplace_back(SectionId::kCoefficients, coefficients_section(coded, executor));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "codecs/coded_streams.h"
 #include "codecs/rlpca_layout.h"
 #include "tests/support/sample_clips.h"
 
