@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "codecs/clip_bitstream.h"
+#include "codecs/pdct.h"
 #include "codecs/rlpca.h"
 #include "codecs/static_coder.h"
 
@@ -16,7 +17,34 @@ tl::unexpected<Error> unknown_method(CodecMethod method) {
                 "coder '" + std::string(to_name(method)) + "' is not in this version");
 }
 
-bool has_coder(CodecMethod method) { return method == CodecMethod::kRlpca || method == CodecMethod::kStatic; }
+/// Fails with kUnsupported for any other method: check_parameters and these switches know the same ones.
+Expected<EncodedClip> encode_with(PositionsView positions, std::span<const Triangle> triangles,
+                                  const Segmentation& segmentation, const CodecParameters& parameters,
+                                  const Executor& executor) {
+    switch (parameters.method) {
+        case CodecMethod::kStatic:
+            return encode_static(positions, triangles, parameters, executor);
+        case CodecMethod::kRlpca:
+            return encode_rlpca(positions, triangles, segmentation, parameters, executor);
+        case CodecMethod::kPdct:
+            return encode_pdct(positions, triangles, segmentation, parameters, executor);
+        default:
+            return unknown_method(parameters.method);
+    }
+}
+
+Expected<ClipInfo> read_info(const ClipBitstream& clip) {
+    switch (clip.method) {
+        case CodecMethod::kStatic:
+            return read_static_info(clip);
+        case CodecMethod::kRlpca:
+            return read_rlpca_info(clip);
+        case CodecMethod::kPdct:
+            return read_pdct_info(clip);
+        default:
+            return unknown_method(clip.method);
+    }
+}
 
 /// Bytes of a clip by section; headers are what the payloads leave.
 SectionBytes section_bytes_of(const ClipBitstream& clip, std::size_t size_bytes) {
@@ -72,9 +100,7 @@ Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Trian
         return fail(ErrorCode::kInvalidArgument, "the segmentation is not of this clip");
     }
     if (auto finite = check_finite(positions); !finite) return tl::unexpected(finite.error());
-    auto clip = parameters.method == CodecMethod::kStatic
-                    ? encode_static(positions, triangles, parameters, executor)
-                    : encode_rlpca(positions, triangles, segmentation, parameters, executor);
+    auto clip = encode_with(positions, triangles, segmentation, parameters, executor);
     if (!clip) return clip;
     auto info = read_clip_info(clip->bitstream);
     if (!info) return tl::unexpected(info.error());
@@ -85,8 +111,7 @@ Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Trian
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
-    if (!has_coder(clip->method)) return unknown_method(clip->method);
-    auto info = clip->method == CodecMethod::kStatic ? read_static_info(*clip) : read_rlpca_info(*clip);
+    auto info = read_info(*clip);
     if (info) info->section_bytes = section_bytes_of(*clip, bitstream.size());
     return info;
 }
@@ -97,10 +122,16 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
                                                    const Executor& executor) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
-    if (clip->method == CodecMethod::kStatic)
-        return decode_static(*clip, triangles, size_limit_bytes, executor);
-    if (!has_coder(clip->method)) return unknown_method(clip->method);
-    return decode_rlpca(*clip, triangles, components, size_limit_bytes, executor);
+    switch (clip->method) {
+        case CodecMethod::kStatic:
+            return decode_static(*clip, triangles, size_limit_bytes, executor);
+        case CodecMethod::kRlpca:
+            return decode_rlpca(*clip, triangles, components, size_limit_bytes, executor);
+        case CodecMethod::kPdct:
+            return decode_pdct(*clip, triangles, size_limit_bytes, executor);
+        default:
+            return unknown_method(clip->method);
+    }
 }
 
 }  // namespace batchenc

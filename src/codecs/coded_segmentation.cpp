@@ -108,4 +108,16 @@ Expected<CodedSegmentation> read_segmentation(std::span<const std::uint8_t> payl
     return segmentation;
 }
 
+ClusterMembers::ClusterMembers(std::span<const std::int32_t> labels, std::span<const Triangle> seed_triangles,
+                               std::int32_t cluster_count)
+    : owner(labels.begin(), labels.end()), members(static_cast<std::size_t>(cluster_count)) {
+    for (const Triangle& t : seed_triangles) {
+        for (const std::int32_t v : t) owner[static_cast<std::size_t>(v)] = -1;
+    }
+    for (std::size_t v = 0; v < owner.size(); ++v) {
+        if (owner[v] >= 0)
+            members[static_cast<std::size_t>(owner[v])].push_back(static_cast<std::int32_t>(v));
+    }
+}
+
 }  // namespace batchenc

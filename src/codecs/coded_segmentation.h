@@ -28,4 +28,14 @@ Expected<CodedSegmentation> read_segmentation(std::span<const std::uint8_t> payl
                                               std::int32_t seed_triangle_count,
                                               const MeshAdjacency& adjacency);
 
+/// Which vertices each cluster's signals hold: all but the corners of seed triangles, which have their own.
+struct ClusterMembers {
+    std::vector<std::int32_t> owner;                 ///< V values: cluster, or -1 for corners
+    std::vector<std::vector<std::int32_t>> members;  ///< N lists of vertices, ascending
+
+    /// seed_triangles: N, or none where there are no LCFs.
+    ClusterMembers(std::span<const std::int32_t> labels, std::span<const Triangle> seed_triangles,
+                   std::int32_t cluster_count);
+};
+
 }  // namespace batchenc

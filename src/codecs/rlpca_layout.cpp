@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codecs/coded_segmentation.h"
 #include "kernels/byte_stream.h"
 
 namespace batchenc {
@@ -74,20 +75,15 @@ LocalFrameTrack RlpcaHeader::world_track(std::int64_t frame_count) const {
 
 RlpcaLayout::RlpcaLayout(std::span<const std::int32_t> labels, std::span<const Triangle> seed_triangles,
                          std::int32_t cluster_count, const MeshAdjacency& adjacency, const Executor& executor)
-    : owner(labels.begin(), labels.end()), clusters(static_cast<std::size_t>(cluster_count)) {
-    for (const Triangle& t : seed_triangles) {
-        for (const std::int32_t v : t) owner[static_cast<std::size_t>(v)] = -1;
-    }
-    std::vector<std::vector<std::int32_t>> members(clusters.size());
-    for (std::size_t v = 0; v < owner.size(); ++v) {
-        if (owner[v] >= 0)
-            members[static_cast<std::size_t>(owner[v])].push_back(static_cast<std::int32_t>(v));
-    }
-    std::vector<std::int32_t> position(owner.size(), -1);
-    executor.for_each(cluster_count, [&](std::int64_t i) {
-        clusters[static_cast<std::size_t>(i)] = traverse_cluster(
-            adjacency, members[static_cast<std::size_t>(i)], owner, static_cast<std::int32_t>(i), position);
+    : clusters(static_cast<std::size_t>(cluster_count)) {
+    ClusterMembers in(labels, seed_triangles, cluster_count);
+    std::vector<std::int32_t> position(in.owner.size(), -1);
+    executor.for_each(cluster_count, [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        clusters[i] =
+            traverse_cluster(adjacency, in.members[i], in.owner, static_cast<std::int32_t>(i), position);
     });
+    owner = std::move(in.owner);
 }
 
 }  // namespace batchenc

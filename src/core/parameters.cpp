@@ -108,6 +108,26 @@ std::string_view to_name(TangentialPredictor predictor) {
     return "unknown";
 }
 
+std::string_view to_name(CoefficientAllocation allocation) {
+    switch (allocation) {
+        case CoefficientAllocation::kFixed:
+            return "fixed";
+        case CoefficientAllocation::kRd:
+            return "rd";
+    }
+    return "unknown";
+}
+
+std::string_view to_name(PdctTransform transform) {
+    switch (transform) {
+        case PdctTransform::kSpatial:
+            return "spatial";
+        case PdctTransform::kTemporal:
+            return "temporal";
+    }
+    return "unknown";
+}
+
 bool is_in_range(const NormalFit& fit) {
     return (fit.vertices == 0 || (fit.vertices >= 3 && fit.vertices <= 64)) &&
            (fit.exponent == -1.0f || (fit.exponent >= 0.0f && fit.exponent <= 8.0f)) &&
@@ -137,9 +157,10 @@ Expected<void> check_parameters(const SegmentationParameters& parameters) {
 }
 
 Expected<void> check_parameters(const CodecParameters& parameters) {
-    if (parameters.method != CodecMethod::kRlpca && parameters.method != CodecMethod::kStatic) {
+    if (parameters.method != CodecMethod::kRlpca && parameters.method != CodecMethod::kStatic &&
+        parameters.method != CodecMethod::kPdct) {
         return fail(ErrorCode::kUnsupported, "codec method '" + std::string(to_name(parameters.method)) +
-                                                 "' is not in this version; use rlpca or static");
+                                                 "' is not in this version; use rlpca, pdct or static");
     }
     if (to_name(parameters.predictor) == "unknown") {
         return fail(ErrorCode::kUnsupported, "codec predictor " +
@@ -154,11 +175,17 @@ Expected<void> check_parameters(const CodecParameters& parameters) {
     if (!is_in_range(parameters.fit))
         return fail(ErrorCode::kInvalidArgument,
                     "codec.fit_vertices, fit_exponent or fit_cosine is outside its range");
-    return check_range("codec.bits", parameters.bits, 4, 24)
+    if (to_name(parameters.transform) == "unknown" || to_name(parameters.allocation) == "unknown")
+        return fail(ErrorCode::kUnsupported, "codec transform or allocation is not in this version");
+    if (!(parameters.keep >= 0.0 && parameters.keep <= 1.0))
+        return fail(ErrorCode::kInvalidArgument, "codec.keep is outside 0 to 1");
+    return check_range("codec.bits", parameters.bits, 4, parameters.method == CodecMethod::kPdct ? 20 : 24)
         .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
         .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
-        .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); });
+        .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); })
+        .and_then([&] { return check_range("codec.block", parameters.block, 2, 256); })
+        .and_then([&] { return check_range("codec.intra_bits", parameters.intra_bits, 4, 20); });
 }
 
 }  // namespace batchenc

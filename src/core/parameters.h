@@ -68,6 +68,18 @@ enum class MeshOrder : std::uint8_t {
     kPreserve = 1,  ///< as in the source, each triangle from its first corner on
 };
 
+/// Which coefficients of PDCT are coded.
+enum class CoefficientAllocation : std::uint8_t {
+    kFixed = 0,  ///< of every cluster and frame the same share, the largest (7.3.5)
+    kRd = 1,     ///< each as far as the error it takes away is worth its bits
+};
+
+/// Along what PDCT transforms.
+enum class PdctTransform : std::uint8_t {
+    kSpatial = 0,   ///< the vertices of a cluster, frame by frame, each frame from the one before (chapter 7)
+    kTemporal = 1,  ///< time as well, a block of frames at once (chapter 9)
+};
+
 /// Name as it stands in a job file, such as "rlpca", "clustering", "local"; "unknown" for a number that is
 /// none.
 std::string_view to_name(CodecMethod method);
@@ -76,6 +88,8 @@ std::string_view to_name(CoordinateSpace space);
 std::string_view to_name(GeometryPredictor predictor);
 std::string_view to_name(MeshOrder order);
 std::string_view to_name(TangentialPredictor predictor);
+std::string_view to_name(CoefficientAllocation allocation);
+std::string_view to_name(PdctTransform transform);
 
 /// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
 inline constexpr std::int32_t kMostAutomaticClusters = 1024;
@@ -91,9 +105,9 @@ struct SegmentationParameters {
 struct CodecParameters {
     CodecMethod method = CodecMethod::kRlpca;
 
-    // static
-    std::int32_t bits = 12;  ///< bits of a coordinate over e_max, 4 … 24: no vertex is farther from its
-                             ///< source than e_max / 2^bits
+    // static, and the first frame of pdct
+    std::int32_t bits = 12;  ///< static: bits of a coordinate over e_max, 4 … 24: no vertex is farther from
+                             ///< its source than e_max / 2^bits; pdct: of a coefficient likewise, 4 … 20
     GeometryPredictor predictor = GeometryPredictor::kAuto;
     TangentialPredictor tangential = TangentialPredictor::kFitted;
     NormalFit fit = {};
@@ -104,7 +118,14 @@ struct CodecParameters {
         20;  ///< principal components a cluster, 1 … 4096; fewer where the rank is lower
     std::int32_t basis_bits = 12;        ///< bits of a basis value over its matrix' range, 2 … 20
     std::int32_t coefficient_bits = 12;  ///< bits of a coefficient over its matrix' range, 2 … 20
-    std::int32_t frame_bits = 16;        ///< bits of a seed triangle's coordinate over e_max, 4 … 22
+    std::int32_t frame_bits = 16;  ///< bits of a seed triangle's coordinate over e_max, 4 … 22; pdct too
+
+    // pdct
+    PdctTransform transform = PdctTransform::kSpatial;
+    CoefficientAllocation allocation = CoefficientAllocation::kFixed;
+    double keep = 1.0;             ///< share of the coefficients that are coded where it is fixed, 0 … 1
+    std::int32_t block = 16;       ///< frames that are transformed together along time, 2 … 256
+    std::int32_t intra_bits = 12;  ///< bits of a coordinate of a clip's first frame, 4 … 20
 };
 
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.

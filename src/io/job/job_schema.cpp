@@ -15,13 +15,15 @@ constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
 constexpr Words kLaterLengths = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
-constexpr std::array<std::string_view, 2> kCodecMethods = {"rlpca", "static"};
-constexpr std::array<std::string_view, 4> kLaterCodecMethods = {"splitcoder", "orlpca", "pdct", "rtpca"};
+constexpr std::array<std::string_view, 3> kCodecMethods = {"rlpca", "pdct", "static"};
+constexpr std::array<std::string_view, 3> kLaterCodecMethods = {"splitcoder", "orlpca", "rtpca"};
 constexpr std::array<std::string_view, 11> kPredictors = {
     "auto",           "parallelogram", "multiway", "local-parallelogram",
     "local-multiway", "weighted",      "fitted",   "touma-gotsman",
     "hope",           "hopi",          "hops"};
 constexpr std::array<std::string_view, 4> kTangentials = {"fitted", "weighted", "multiway", "parallelogram"};
+constexpr std::array<std::string_view, 2> kTransforms = {"spatial", "temporal"};
+constexpr std::array<std::string_view, 2> kAllocations = {"fixed", "rd"};
 constexpr std::array<std::string_view, 2> kSpaces = {"local", "world"};
 
 /// The value of an enumeration whose name is `name`; the words of a kChoice key are tested to be such names.
@@ -165,18 +167,22 @@ std::vector<JobKey> make_keys() {
                     .assign = [](JobDraft& d,
                                  const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
                     .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.method)); }});
-    keys.push_back({.path = "codec.bits",
-                    .type = kInteger,
-                    .sentence = "static: no vertex is off by more than e_max / 2^bits",
-                    .low = 4,
-                    .high = 24,
-                    .sweepable = true,
-                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
-                    .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
+    keys.push_back(
+        {.path = "codec.bits",
+         .type = kInteger,
+         .sentence = "static: no vertex is off by more than e_max / 2^bits; pdct: the step of coefficients, "
+                     "up to 20",
+         .low = 4,
+         .high = 24,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
     keys.push_back(
         {.path = "codec.predictor",
          .type = kChoice,
-         .sentence = "static: how a vertex is predicted; auto takes what makes the stream smallest",
+         .sentence =
+             "static, and first frames of pdct: how a vertex is predicted; auto takes what makes the stream "
+             "smallest",
          .words = kPredictors,
          .sweepable = true,
          .assign = [](JobDraft& d,
@@ -264,12 +270,57 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.frame_bits",
          .type = kInteger,
-         .sentence = "rlpca: bits of a seed triangle's coordinate over the clip's largest side",
+         .sentence = "rlpca, pdct: bits of a seed triangle's coordinate over the clip's largest side",
          .low = 4,
          .high = 22,
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.frame_bits = narrow(v.integer); },
          .show = [](const JobDraft& d) { return std::to_string(d.job.codec.frame_bits); }});
+    keys.push_back(
+        {.path = "codec.transform",
+         .type = kChoice,
+         .sentence = "pdct: what is transformed: vertices frame by frame, or time as well, a block at once",
+         .words = kTransforms,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.transform = from_name<PdctTransform>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.transform)); }});
+    keys.push_back(
+        {.path = "codec.allocation",
+         .type = kChoice,
+         .sentence = "pdct: which coefficients are coded: a fixed share, or those that are worth their bits",
+         .words = kAllocations,
+         .sweepable = true,
+         .assign =
+             [](JobDraft& d, const JobValue& v) {
+                 d.job.codec.allocation = from_name<CoefficientAllocation>(v.text);
+             },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.allocation)); }});
+    keys.push_back({.path = "codec.keep",
+                    .type = kNumber,
+                    .sentence = "pdct, fixed: share of a cluster's coefficients that are coded, the largest",
+                    .low = 0,
+                    .high = 1,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.keep = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.keep); }});
+    keys.push_back({.path = "codec.block",
+                    .type = kInteger,
+                    .sentence = "pdct, temporal: frames that are transformed together",
+                    .low = 2,
+                    .high = 256,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.block = narrow(v.integer); },
+                    .show = [](const JobDraft& d) { return std::to_string(d.job.codec.block); }});
+    keys.push_back(
+        {.path = "codec.intra_bits",
+         .type = kInteger,
+         .sentence = "pdct: bits of a clip's first frame, as bits of the static coder",
+         .low = 4,
+         .high = 20,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.intra_bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.intra_bits); }});
     keys.push_back({.path = "codec.target",
                     .type = kLater,
                     .sentence = "lets the coder choose its steps for a wanted rate or error"});
