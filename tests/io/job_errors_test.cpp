@@ -156,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongJob{"NoMethod", with("codec: {method: mp3}"), kArgument, "4:17", "accepted: rlpca"},
         WrongJob{"NoSpace", with("codec: {space: outer}"), kArgument, "4:16", "accepted: local, world"},
         WrongJob{"MethodIsList", with("codec: {method: [rlpca]}"), kArgument, "4:17", "accepted: rlpca"},
-        WrongJob{"LaterMethod", with("codec: {method: pdct}"), kUnsupported, "4:17", "later version"},
+        WrongJob{"LaterMethod", with("codec: {method: splitcoder}"), kUnsupported, "4:17", "later version"},
         WrongJob{"SegmentationUnknown", with("segmentation: {method: growing}"), kArgument, "4:24",
                  "accepted: region-growing, clustering, adaptive, rigid"},
         WrongJob{"ThresholdTooLarge", with("segmentation: {threshold: 1.5}"), kArgument, "4:27", "0 to 1"},

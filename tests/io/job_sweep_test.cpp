@@ -93,7 +93,7 @@ TEST(Sweep, RefusesWrongValuesAtTheirPlace) {
     expect_error(parse("o", "{codec.components: [5, 010]}"), wrong, "5:31", "leading zero");
     expect_error(parse("o", "{codec.components: [5, 6, 5]}"), wrong, "5:34", "twice");
     expect_error(parse("o", "{codec.components: [5, [6]]}"), wrong, "5:31", "holds a list");
-    expect_error(parse("o", "{codec.method: [rlpca, pdct]}"), ErrorCode::kUnsupported, "5:31",
+    expect_error(parse("o", "{codec.method: [rlpca, orlpca]}"), ErrorCode::kUnsupported, "5:31",
                  "later version");
 }
 
