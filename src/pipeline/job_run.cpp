@@ -209,7 +209,7 @@ Expected<void> JobRun::finish() {
     if (!std::isfinite(errors.rmse))
         return fail(ErrorCode::kVerification, "the decoded clip holds NaN or Inf");
     metrics_ =
-        make_result_metrics(bytes_, errors, plan_.header.vertex_count, plan_.header.frame_count,
+        make_result_metrics(bytes_, errors, clips_, plan_.header.vertex_count, plan_.header.frame_count,
                             cut_time_s_ + since_first_read_.seconds(), decode_time_s_);
     return writer_->finish(metrics_);
 }
