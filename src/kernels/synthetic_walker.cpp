@@ -184,9 +184,10 @@ class Walker final : public Performer {
     void write_act(std::uint64_t act_seed, double time_s, std::span<float> positions) const override {
         Dice dice(act_seed);
         Gait gait = draw_gait(dice);
-        gait.cadence *= dice.between(0.7, 1.5);
+        gait.cadence *= dice.between(0.7, 1.3);
         gait.stride = 0.0;
-        gait.effort = dice.between(0.5, 1.5);
+        gait.winding = 1e6;  // a path of no length lies where it begins
+        gait.effort = dice.between(0.5, 1.2);
         gait.ripples = Ripples(dice, 12, 0.005, 0.09);
         walk(gait, time_s, positions);
     }

@@ -161,11 +161,11 @@ TEST(SyntheticClip, MovesSmoothlyAndNeverReturns) {
                 largest = std::max(largest, std::abs(static_cast<double>(now[i]) - before[i]));
                 since_first += std::abs(static_cast<double>(now[i]) - first[i]);
             }
-            ASSERT_LT(largest * clip->fps(), kind == "medley" ? 18.0 : 12.0) << kind << " " << frame;  // m/s
-            ASSERT_GT(largest * clip->fps(), 0.02) << kind << " " << frame;
-            if (kind == "medley" && frame < 30) continue;  // which sets out from rest, in one body of three
-            ASSERT_GT(since_first / static_cast<double>(now.size()), 0.002) << kind << " " << frame;
+            ASSERT_LT(largest * clip->fps(), kind == "medley" ? 16.0 : 12.0) << kind << " " << frame;  // m/s
             before = now;
+            if (kind == "medley" && frame < 30) continue;  // which sets out from rest, in one body of three
+            ASSERT_GT(largest * clip->fps(), 0.02) << kind << " " << frame;
+            ASSERT_GT(since_first / static_cast<double>(now.size()), 0.002) << kind << " " << frame;
         }
     }
 }
@@ -260,7 +260,7 @@ TEST(SyntheticMedley, LetsOneBodyPerformAtATime) {
 }
 
 TEST(SyntheticMedley, ActsOfOneBodyDiffer) {
-    // The walker's first act and its second are further apart than any two frames of the first are.
+    // No frame of the walker's first act is what its second has: two centimetres a vertex off, square metres.
     const auto clip = make("medley", 600, 5);
     const auto count = static_cast<std::size_t>(3 * make("walker", 200, 5)->vertex_count());
     const auto distance = [&](std::int64_t a, std::int64_t b) {
@@ -271,7 +271,7 @@ TEST(SyntheticMedley, ActsOfOneBodyDiffer) {
     };
     double nearest = 1e300;
     for (std::int64_t frame = 0; frame < 350; ++frame) nearest = std::min(nearest, distance(frame, 2000));
-    EXPECT_GT(nearest, 4.0 * distance(200, 201));
+    EXPECT_GT(nearest, 0.05);
 }
 
 // A codec must not find the values on a grid: hardly any two are equal.
