@@ -266,8 +266,8 @@ struct Parser {
         auto* command = add_command("synth", "Make a sample clip, the same for the same arguments");
         command
             ->add_option("KIND", synth.kind,
-                         "walker (articulated, near-rigid parts), flag (cloth with a boundary) or jelly "
-                         "(elastic body)")
+                         "walker (articulated, near-rigid parts), flag (cloth with a boundary), jelly "
+                         "(elastic body) or medley (all three in turn)")
             ->required();
         command->add_option("-o,--output", synth.output, "Clip to be written (HDF5)")->required();
         command->add_option("--vertices", synth.vertices, "Vertices, within 5 % (default: 5000)");

@@ -48,8 +48,11 @@ int print_plan(const std::vector<JobPlan>& plans, const CommonOptions& common) {
                    plan.kept ? "kept, the result is whole" : "to be encoded", job.input.string(),
                    plan.header.vertex_count, plan.header.triangle_count, plan.header.frame_count,
                    job.frame_begin);
-        fmt::print("  clips   {} of {} frames, about {:.1f} MB in flight each\n", plan.clip_count(),
-                   plan.clip_length, static_cast<double>(clip_memory_bytes(plan)) / 1e6);
+        const std::string clips =
+            plan.cuts_by_motion ? fmt::format("cut by motion, of {} frames at most", plan.clip_length)
+                                : fmt::format("{} of {} frames", plan.even_clips().size(), plan.clip_length);
+        fmt::print("  clips   {}, about {:.1f} MB in flight each\n", clips,
+                   static_cast<double>(clip_memory_bytes(plan)) / 1e6);
         fmt::print("  codec   {}\n  output  {}\n", plan.header.method, job.output.string());
     }
     fmt::print("{} clips in flight at most\n", choose_tokens(plans, common.memory_bytes, common.threads));

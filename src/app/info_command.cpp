@@ -70,7 +70,12 @@ nlohmann::json to_json(const ResultReader& reader, std::size_t connectivity_byte
                            {"connectivity_bytes", connectivity_bytes},
                            {"clips", nlohmann::json::array()},
                            {"metrics", reader.metrics().values}};  // NaN, which is undefined, becomes null
-    for (const CodedClip& clip : clips) json["clips"].push_back(to_json(clip));
+    const std::vector<double>& jumps = reader.metrics().frame_jump;
+    for (const CodedClip& clip : clips) {
+        json["clips"].push_back(to_json(clip));
+        if (!jumps.empty())
+            json["clips"].back()["seam_jump"] = jumps[static_cast<std::size_t>(clip.span.first_frame)];
+    }
     return json;
 }
 
@@ -82,15 +87,19 @@ void print_text(const ResultReader& reader, std::size_t connectivity_bytes,
     fmt::print("shape       {} vertices, {} triangles, {} frames, {:g} fps\n\n", header.vertex_count,
                header.triangle_count, header.frame_count, header.fps);
     fmt::print("connectivity {} bytes\n", connectivity_bytes);
-    fmt::print("{:>6} {:>9} {:>7} {:>5} {:>5} {:>11} {:>8} {:>10} {:>10} {:>10} {:>12} {:>9}\n", "clip",
-               "from", "frames", "N", "L", "bytes", "headers", "segment.", "frames", "basis", "coefficients",
-               "residuals");
+    fmt::print("{:>6} {:>9} {:>7} {:>5} {:>5} {:>11} {:>8} {:>10} {:>10} {:>10} {:>12} {:>9} {:>10}\n",
+               "clip", "from", "frames", "N", "L", "bytes", "headers", "segment.", "frames", "basis",
+               "coefficients", "residuals", "seam jump");
+    const std::vector<double>& jumps = reader.metrics().frame_jump;
     for (std::size_t i = 0; i < clips.size(); ++i) {
         const SectionBytes& bytes = clips[i].info.section_bytes;
-        fmt::print("{:>6} {:>9} {:>7} {:>5} {:>5} {:>11} {:>8} {:>10} {:>10} {:>10} {:>12} {:>9}\n", i,
+        fmt::print("{:>6} {:>9} {:>7} {:>5} {:>5} {:>11} {:>8} {:>10} {:>10} {:>10} {:>12} {:>9} {:>10}\n", i,
                    clips[i].span.first_frame, clips[i].span.frame_count, clips[i].info.cluster_count,
                    clips[i].info.component_count, bytes.total(), bytes.headers, bytes.segmentation,
-                   bytes.frames, bytes.basis, bytes.coefficients, bytes.residuals);
+                   bytes.frames, bytes.basis, bytes.coefficients, bytes.residuals,
+                   jumps.empty()
+                       ? "-"
+                       : fmt::format("{:.3g}", jumps[static_cast<std::size_t>(clips[i].span.first_frame)]));
     }
     fmt::print("\n");
     for (const auto& [name, value] : reader.metrics().values) fmt::print("{:<20} {:.10g}\n", name, value);

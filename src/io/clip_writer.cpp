@@ -75,6 +75,7 @@ class Hdf5ClipWriter final : public ClipWriter {
                      frames.data()) < 0)
             return fail(ErrorCode::kIo, last_error("writing positions"), where_);
         std::fill_n(written_.begin() + begin, count, true);
+        target_.begin_writing_out();
         return {};
     }
 

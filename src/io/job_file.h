@@ -11,6 +11,9 @@
 
 namespace batchenc {
 
+/// As a clip length: the sequence is cut where its motion changes.
+inline constexpr std::int64_t kAutomaticClips = -1;
+
 /// One encoding to be done: a job file, or one member of its sweep. All paths are resolved against the job
 /// file's folder.
 struct Job {
@@ -22,7 +25,7 @@ struct Job {
     std::int64_t frame_begin = 0;
     std::optional<std::int64_t> frame_end;  ///< one past the last frame; nothing means to the end
     std::filesystem::path output;
-    std::int64_t clip_length = 0;  ///< frames a clip; 0 = the whole sequence
+    std::int64_t clip_length = 0;  ///< frames a clip; 0 = the whole sequence, kAutomaticClips = as it pays
     MeshOrder order = MeshOrder::kPreserve;
     SegmentationParameters segmentation;
     CodecParameters codec;

@@ -29,11 +29,12 @@ struct ClipSpan {
     std::int64_t frame_count = 0;
 };
 
-/// What goes into /metrics: attributes by name, and two arrays of F values.
+/// What goes into /metrics: attributes by name, and arrays of F values.
 struct ResultMetrics {
     std::map<std::string, double> values;  ///< "bpvf", "da", "bits_total", …; all names in docs/RESULTS.md
     std::vector<double> frame_rmse;        ///< F values, world units
     std::vector<double> frame_max_error;   ///< F values, world units
+    std::vector<double> frame_jump;  ///< F values, world units; none in results of before it was measured
 };
 
 /// What goes into /analysis for one clip.

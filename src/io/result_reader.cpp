@@ -172,7 +172,10 @@ class Hdf5ResultReader final : public ResultReader {
             metrics_.values[name] = *value;
         }
         for (const auto& [name, values] : {std::pair{"/metrics/frame_rmse", &metrics_.frame_rmse},
-                                           {"/metrics/frame_max_error", &metrics_.frame_max_error}}) {
+                                           {"/metrics/frame_max_error", &metrics_.frame_max_error},
+                                           {"/metrics/frame_jump", &metrics_.frame_jump}}) {
+            if (values == &metrics_.frame_jump && H5Lexists(group.get(), "frame_jump", H5P_DEFAULT) <= 0)
+                continue;  // a result of before jumps were measured
             std::int64_t extent = 0;
             const auto dataset = open_result_dataset(input_, name, ContentKind::kFloat64, extent);
             if (!dataset) return tl::unexpected(dataset.error());

@@ -204,7 +204,8 @@ class Hdf5ResultWriter final : public ResultWriter {
 
     Expected<void> write_metrics(const ResultMetrics& metrics) {
         const auto frame_count = static_cast<std::size_t>(header_.frame_count);
-        if (metrics.frame_rmse.size() != frame_count || metrics.frame_max_error.size() != frame_count)
+        if (metrics.frame_rmse.size() != frame_count || metrics.frame_max_error.size() != frame_count ||
+            (metrics.frame_jump.size() != frame_count && !metrics.frame_jump.empty()))
             return fail(ErrorCode::kInvalidArgument, "the metrics do not have a value for every frame",
                         where_);
         const std::string path = result_layout::kMetrics;
@@ -212,10 +213,13 @@ class Hdf5ResultWriter final : public ResultWriter {
         if (!group) return tl::unexpected(group.error());
         for (const auto& [name, value] : metrics.values)
             if (auto done = attribute(group->get(), path, name.c_str(), value); !done) return done;
-        for (const auto& [name, values] :
-             {std::pair{"frame_rmse", &metrics.frame_rmse}, {"frame_max_error", &metrics.frame_max_error}})
+        for (const auto& [name, values] : {std::pair{"frame_rmse", &metrics.frame_rmse},
+                                           {"frame_max_error", &metrics.frame_max_error},
+                                           {"frame_jump", &metrics.frame_jump}}) {
+            if (values->empty()) continue;
             if (auto done = dataset(*group, path, name, ContentKind::kFloat64, std::span(*values)); !done)
                 return done;
+        }
         return close_group(*group);
     }
 

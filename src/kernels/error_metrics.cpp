@@ -19,8 +19,10 @@ using Vector4d = double __attribute__((vector_size(32)));
 using Vector4f = float __attribute__((vector_size(16)));
 
 struct Block {
-    const float* source;        // first vertex of the block in the first frame of the run
-    const float* decoded;       // the same of the decoded sequence
+    const float* source;         // first vertex of the block in the first frame of the run
+    const float* decoded;        // the same of the decoded sequence
+    const float* before_source;  // both in the frame before the run; the run's first where there is none
+    const float* before_decoded;
     std::int64_t frame_stride;  // floats from a frame to the next
     std::int64_t frame_count;
     std::int64_t vertex_count;
@@ -47,24 +49,32 @@ struct Block {
 // Kept over a frame's groups. Where there are three, index and lane say which coordinate: 4 i + lane,
 // modulo 3.
 struct Accumulators {
-    Vector4d squared_error, max_squared_error, sum[3], sum_of_squares, sum_of_squares_about_past;
+    Vector4d squared_error, squared_jump, max_squared_error, sum[3], sum_of_squares,
+        sum_of_squares_about_past;
     Vector4f low[3], high[3];
 };
 
-[[gnu::always_inline]] inline void add_group(const float* source, const float* decoded, const float* past,
-                                             double* sum, const Vector4d (&frame_origin)[3],
-                                             Accumulators& a) {
-    Vector4d squared[3], squared_about_frame[3], squared_about_past[3];
+[[gnu::always_inline]] inline void add_group(const float* source, const float* decoded,
+                                             const float* before_source, const float* before_decoded,
+                                             const float* past, double* sum,
+                                             const Vector4d (&frame_origin)[3], Accumulators& a) {
+    Vector4d squared[3], squared_jump[3], squared_about_frame[3], squared_about_past[3];
     for (int i = 0; i < 3; ++i) {
-        Vector4f narrow, narrow_decoded, narrow_past;
+        Vector4f narrow, narrow_decoded, narrow_past, narrow_before, narrow_before_decoded;
         load(source + 4 * i, narrow);
         load(decoded + 4 * i, narrow_decoded);
         load(past + 4 * i, narrow_past);
+        load(before_source + 4 * i, narrow_before);
+        load(before_decoded + 4 * i, narrow_before_decoded);
         a.low[i] = narrow < a.low[i] ? narrow : a.low[i];
         a.high[i] = narrow > a.high[i] ? narrow : a.high[i];
         const Vector4d wide = __builtin_convertvector(narrow, Vector4d);
         const Vector4d error = wide - __builtin_convertvector(narrow_decoded, Vector4d);
         squared[i] = error * error;
+        const Vector4d error_before = __builtin_convertvector(narrow_before, Vector4d) -
+                                      __builtin_convertvector(narrow_before_decoded, Vector4d);
+        const Vector4d jump = error - error_before;
+        squared_jump[i] = jump * jump;
         const Vector4d about_frame = wide - frame_origin[i];
         a.sum[i] += about_frame;
         squared_about_frame[i] = about_frame * about_frame;
@@ -74,6 +84,7 @@ struct Accumulators {
         load(sum + 4 * i, running);
         store(running + about_past, sum + 4 * i);
     }
+    a.squared_jump += squared_jump[0] + squared_jump[1] + squared_jump[2];
     a.sum_of_squares += squared_about_frame[0] + squared_about_frame[1] + squared_about_frame[2];
     a.sum_of_squares_about_past += squared_about_past[0] + squared_about_past[1] + squared_about_past[2];
     // x0 y0 z0 x1 | y1 z1 x2 y2 | z2 x3 y3 z3: each coordinate gathered by blends, then turned into line
@@ -103,30 +114,37 @@ struct Accumulators {
     for (std::int64_t f = 0; f < block.frame_count; ++f) {
         const float* source = block.source + f * block.frame_stride;
         const float* decoded = block.decoded + f * block.frame_stride;
+        const float* before_source = f == 0 ? block.before_source : source - block.frame_stride;
+        const float* before_decoded = f == 0 ? block.before_decoded : decoded - block.frame_stride;
         const float* o = block.frame_origins + f * block.frame_stride;
         const Vector4d frame_origin[3] = {
             {o[0], o[1], o[2], o[0]}, {o[1], o[2], o[0], o[1]}, {o[2], o[0], o[1], o[2]}};
-        a.squared_error = a.max_squared_error = a.sum_of_squares = a.sum_of_squares_about_past = Vector4d{};
+        a.squared_error = a.squared_jump = a.max_squared_error = a.sum_of_squares =
+            a.sum_of_squares_about_past = Vector4d{};
         a.sum[0] = a.sum[1] = a.sum[2] = Vector4d{};
         for (std::int64_t v = 0; v < whole; v += kGroup) {
-            add_group(source + 3 * v, decoded + 3 * v, block.origin + 3 * v, block.sum + 3 * v, frame_origin,
-                      a);
+            add_group(source + 3 * v, decoded + 3 * v, before_source + 3 * v, before_decoded + 3 * v,
+                      block.origin + 3 * v, block.sum + 3 * v, frame_origin, a);
         }
         if (rest > 0) {
             // The last group is filled up with the frame's origin, without error and at rest: adds zeros.
-            float padded[3][3 * kGroup];
+            float padded[5][3 * kGroup];
             for (auto& row : padded) {
                 for (std::int64_t i = 0; i < 3 * kGroup; ++i) row[i] = o[i % 3];
             }
             for (std::int64_t i = 0; i < 3 * rest; ++i) {
                 padded[0][i] = source[3 * whole + i];
                 padded[1][i] = decoded[3 * whole + i];
-                padded[2][i] = block.origin[3 * whole + i];
+                padded[2][i] = before_source[3 * whole + i];
+                padded[3][i] = before_decoded[3 * whole + i];
+                padded[4][i] = block.origin[3 * whole + i];
             }
-            add_group(padded[0], padded[1], padded[2], block.sum + 3 * whole, frame_origin, a);
+            add_group(padded[0], padded[1], padded[2], padded[3], padded[4], block.sum + 3 * whole,
+                      frame_origin, a);
         }
         ErrorMeter::Partial& partial = block.partials[f * block.partial_stride];
         partial.squared_error = sum_lanes(a.squared_error);
+        partial.squared_jump = sum_lanes(a.squared_jump);
         const Vector4d& m = a.max_squared_error;
         partial.max_squared_error = std::max(std::max(m[0], m[1]), std::max(m[2], m[3]));
         partial.sum = {};
@@ -174,6 +192,7 @@ void ErrorMeter::add(PositionsView source, PositionsView decoded, const Executor
     const std::int64_t frame_count = source.frame_count();
     if (frame_count == 0) return;
     if (origin_.empty()) origin_.assign(source.data(), source.data() + 3 * vertex_count_);
+    if (frames_.empty()) keep_last(source.frames(0, 1), decoded.frames(0, 1));  // a first frame does not jump
     partials_.resize(static_cast<std::size_t>(frame_count * block_count_));
 
     const auto measure = choose_measure_block();
@@ -181,6 +200,8 @@ void ErrorMeter::add(PositionsView source, PositionsView decoded, const Executor
         const std::int64_t first = b * kBlockVertices;
         measure(Block{.source = source.at(0, first),
                       .decoded = decoded.at(0, first),
+                      .before_source = last_source_.data() + 3 * first,
+                      .before_decoded = last_decoded_.data() + 3 * first,
                       .frame_stride = 3 * vertex_count_,
                       .frame_count = frame_count,
                       .vertex_count = std::min(kBlockVertices, vertex_count_ - first),
@@ -198,12 +219,13 @@ void ErrorMeter::add(PositionsView source, PositionsView decoded, const Executor
         for (std::int64_t b = 0; b < block_count_; ++b) {
             const Partial& part = of_frame[b];
             whole.squared_error += part.squared_error;
+            whole.squared_jump += part.squared_jump;
             whole.max_squared_error = std::max(whole.max_squared_error, part.max_squared_error);
             for (std::size_t axis = 0; axis < 3; ++axis) whole.sum[axis] += part.sum[axis];
             whole.sum_of_squares += part.sum_of_squares;
             whole.sum_of_squares_about_past += part.sum_of_squares_about_past;
         }
-        frames_.push_back({whole.squared_error, whole.max_squared_error});
+        frames_.push_back({whole.squared_error, whole.squared_jump, whole.max_squared_error});
         double squared_sum = 0.0;
         for (const double sum : whole.sum) squared_sum += sum * sum;
         if (vertex_count_ > 0) {
@@ -212,6 +234,12 @@ void ErrorMeter::add(PositionsView source, PositionsView decoded, const Executor
         }
         sum_of_squares_ += whole.sum_of_squares_about_past;
     }
+    keep_last(source.frames(frame_count - 1, frame_count), decoded.frames(frame_count - 1, frame_count));
+}
+
+void ErrorMeter::keep_last(PositionsView source, PositionsView decoded) {
+    last_source_.assign(source.data(), source.data() + source.value_count());
+    last_decoded_.assign(decoded.data(), decoded.data() + decoded.value_count());
 }
 
 ErrorMetrics ErrorMeter::finish() const {
@@ -221,6 +249,7 @@ ErrorMetrics ErrorMeter::finish() const {
     if (frames_.empty() || vertex_count_ == 0) {
         metrics.frame_rmse.resize(frames_.size());
         metrics.frame_max_error.resize(frames_.size());
+        metrics.frame_jump.resize(frames_.size());
         return metrics;
     }
     double squared_error = 0.0, max_squared_error = 0.0;
@@ -229,6 +258,7 @@ ErrorMetrics ErrorMeter::finish() const {
         max_squared_error = std::max(max_squared_error, frame.max_squared_error);
         metrics.frame_rmse.push_back(std::sqrt(frame.squared_error / vertex_count));
         metrics.frame_max_error.push_back(std::sqrt(frame.max_squared_error));
+        metrics.frame_jump.push_back(std::sqrt(frame.squared_jump / vertex_count));
     }
     metrics.rmse = std::sqrt(squared_error / (frame_count * vertex_count));
     metrics.max_error = std::sqrt(max_squared_error);

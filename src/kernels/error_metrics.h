@@ -22,10 +22,12 @@ struct ErrorMetrics {
     double diagonal = 0.0;  ///< diagonal of the bounding box of all frames of the source, world units
     std::vector<double> frame_rmse;       ///< F values, world units
     std::vector<double> frame_max_error;  ///< F values, world units
+    std::vector<double> frame_jump;       ///< F values, world units: how far the error of a vertex moves from
+                                          ///< the frame before, root of the mean square; 0 for the first
 };
 
-/// Collects ErrorMetrics over consecutive runs of frames (clips) of one sequence, in bounded memory: 36 bytes
-/// a vertex, 16 a frame, and while a run is added 72 a frame and block of 2048 vertices. Sums are double
+/// Collects ErrorMetrics over consecutive runs of frames (clips) of one sequence, in bounded memory: 60 bytes
+/// a vertex, 24 a frame, and while a run is added 80 a frame and block of 2048 vertices. Sums are double
 /// precision about an origin taken from the data, in an order that neither the executor nor the CPU changes.
 class ErrorMeter {
  public:
@@ -42,6 +44,7 @@ class ErrorMeter {
     /// What one block of vertices adds to one frame.
     struct Partial {
         double squared_error;              ///< sum over its vertices
+        double squared_jump;               ///< of the change of the error since the frame before, likewise
         double max_squared_error;          ///< of a vertex
         std::array<double, 3> sum;         ///< of its positions about the frame's origin
         double sum_of_squares;             ///< of the same
@@ -53,13 +56,16 @@ class ErrorMeter {
     };
 
  private:
+    void keep_last(PositionsView source, PositionsView decoded);
+
     struct Frame {
-        double squared_error, max_squared_error;
+        double squared_error, squared_jump, max_squared_error;
     };
     std::int64_t vertex_count_;
     std::int64_t block_count_;
     std::vector<float>
         origin_;  // 3 V: the first frame, subtracted before summing so that offsets cost no digits
+    std::vector<float> last_source_, last_decoded_;  // 3 V: of the frame added last
     std::vector<double> sum_;      // 3 V rounded up to whole groups: over frames, about origin_
     double sum_of_squares_ = 0.0;  // over vertices and frames, about origin_
     double squared_spread_ = 0.0;  // over frames, about each frame's mean

@@ -26,11 +26,14 @@ class SyntheticClip {
 ///   walker  an articulated figure that walks: near-rigid parts with skinned joints, six closed components
 ///   flag    a cloth pinned at one side that waves in the wind; one component with a boundary
 ///   jelly   a closed elastic body that falls, bounces and wobbles
+///   medley  all three in one scene, a third of the vertices each; they perform in turn, in acts of about
+///   twenty
+///           seconds with a gait, wind or excitation of its own, while the others hardly move
 /// Lengths are metres, z points up, and no motion repeats.
 ///
-/// vertex_count: wanted vertices, 64 … 1,000,000; the clip has the nearest count its construction allows
-/// (within 5 %). Errors: kInvalidArgument for an unknown kind (the message lists the kinds) or a count
-/// outside the range; kOutOfMemory.
+/// vertex_count: wanted vertices, 64 (medley: 256) … 1,000,000; the clip has the nearest count its
+/// construction allows (within 5 %). Errors: kInvalidArgument for an unknown kind (the message lists the
+/// kinds) or a count outside the range; kOutOfMemory.
 Expected<std::unique_ptr<SyntheticClip>> make_synthetic_clip(std::string_view kind, std::int64_t vertex_count,
                                                              std::uint64_t seed);
 

@@ -41,21 +41,33 @@ Size choose_size(std::int64_t vertex_count) {
     return best;
 }
 
-class Flag final : public SyntheticClip {
+struct Wind {
+    std::array<Wave, kWaves> waves{};
+    std::array<double, 4> slow_phases{};
+    double strength = 1.0;  // how far the cloth turns
+};
+
+Wind draw_wind(Dice& dice) {
+    Wind wind;
+    for (std::size_t i = 0; i < kWaves; ++i) {
+        const double along = 2.6 * std::pow(1.37, static_cast<double>(i)) * dice.between(0.93, 1.07);
+        // Longer waves turn the cloth further, and all travel at about the speed of the wind that carries
+        // them.
+        wind.waves[i] = {along, along * dice.between(-0.45, 0.45), along * dice.between(1.5, 2.1),
+                         dice.phase(), 0.75 / std::pow(along, 0.4) * dice.between(0.7, 1.0)};
+    }
+    for (double& phase : wind.slow_phases) phase = dice.phase();
+    return wind;
+}
+
+class Flag final : public Performer {
  public:
     Flag(std::int64_t vertex_count, std::uint64_t seed) {
         Dice dice(seed ^ 0xF1A6);
         const Size size = choose_size(vertex_count);
         columns_ = size.columns;
         rows_ = size.rows;
-        for (std::size_t i = 0; i < kWaves; ++i) {
-            const double along = 2.6 * std::pow(1.37, static_cast<double>(i)) * dice.between(0.93, 1.07);
-            // Longer waves turn the cloth further, and all travel at about the speed of the wind that carries
-            // them.
-            waves_[i] = {along, along * dice.between(-0.45, 0.45), along * dice.between(1.5, 2.1),
-                         dice.phase(), 0.75 / std::pow(along, 0.4) * dice.between(0.7, 1.0)};
-        }
-        for (double& phase : slow_phases_) phase = dice.phase();
+        wind_ = draw_wind(dice);
         // Lines of the weave at uneven distances, the first one at the pole.
         const auto place = [&dice](std::int64_t i, std::int64_t count, double length) {
             const bool end = i == 0 || i + 1 == count;
@@ -85,23 +97,40 @@ class Flag final : public SyntheticClip {
     double fps() const override { return 30.0; }
 
     void write_frame(std::int64_t frame, std::span<float> positions) const override {
-        const double t = static_cast<double>(frame) / fps();
-        const double gust =
-            0.78 + 0.22 * std::sin(0.431 * t + slow_phases_[0]) * std::sin(1.173 * t + slow_phases_[1]);
-        const double sag = 0.16 + 0.05 * std::sin(0.297 * t + slow_phases_[2]);
-        const double lift = 0.05 * std::sin(0.713 * t + slow_phases_[3]);
+        wave(wind_, static_cast<double>(frame) / fps(), positions);
+    }
+
+    void write_act(std::uint64_t act_seed, double time_s, std::span<float> positions) const override {
+        Dice dice(act_seed);
+        Wind wind = draw_wind(dice);
+        wind.strength = dice.between(0.4, 1.1);
+        const double gusty =
+            dice.between(0.7, 2.2);  // shorter waves in a stronger wind, and across the cloth
+        for (Wave& wave : wind.waves) {
+            wave.along *= gusty;
+            wave.across = wave.along * dice.between(-2.0, 2.0);
+        }
+        wave(wind, time_s * dice.between(0.7, 1.3), positions);
+    }
+
+ private:
+    void wave(const Wind& wind, double t, std::span<float> positions) const {
+        const double gust = 0.78 + 0.22 * std::sin(0.431 * t + wind.slow_phases[0]) *
+                                       std::sin(1.173 * t + wind.slow_phases[1]);
+        const double sag = 0.16 + 0.05 * std::sin(0.297 * t + wind.slow_phases[2]);
+        const double lift = 0.05 * std::sin(0.713 * t + wind.slow_phases[3]);
 
         // sin(a + b) = sin a cos b + cos a sin b parts a wave into a row and a column of numbers.
         const auto columns = static_cast<std::size_t>(columns_);
         std::vector<float> sines(kWaves * columns), cosines(kWaves * columns), sags(columns), turn(columns);
         for (std::size_t x = 0; x < columns; ++x) {
             const double u = along_[x], part = u / kWidth;
-            const double envelope = gust * (1.0 - std::exp(-3.0 * part));
+            const double envelope = wind.strength * gust * (1.0 - std::exp(-3.0 * part));
             for (std::size_t w = 0; w < kWaves; ++w) {
-                const Wave& wave = waves_[w];
-                const double angle = wave.along * u - wave.frequency * t + wave.phase;
-                sines[w * columns + x] = static_cast<float>(envelope * wave.amplitude * std::sin(angle));
-                cosines[w * columns + x] = static_cast<float>(envelope * wave.amplitude * std::cos(angle));
+                const Wave& one = wind.waves[w];
+                const double angle = one.along * u - one.frequency * t + one.phase;
+                sines[w * columns + x] = static_cast<float>(envelope * one.amplitude * std::sin(angle));
+                cosines[w * columns + x] = static_cast<float>(envelope * one.amplitude * std::cos(angle));
             }
             sags[x] = static_cast<float>(sag * part * part - lift * part);
         }
@@ -109,7 +138,7 @@ class Flag final : public SyntheticClip {
         for (std::size_t y = 0; y < static_cast<std::size_t>(rows_); ++y) {
             std::fill(turn.begin(), turn.end(), 0.0f);
             for (std::size_t w = 0; w < kWaves; ++w) {
-                const double angle = waves_[w].across * across_[y];
+                const double angle = wind.waves[w].across * across_[y];
                 const auto c = static_cast<float>(std::cos(angle)), s = static_cast<float>(std::sin(angle));
                 const float* sine = sines.data() + w * columns;
                 const float* cosine = cosines.data() + w * columns;
@@ -128,10 +157,8 @@ class Flag final : public SyntheticClip {
         }
     }
 
- private:
     std::int64_t columns_ = 0, rows_ = 0;
-    std::array<Wave, kWaves> waves_{};
-    std::array<double, 4> slow_phases_{};
+    Wind wind_;
     std::vector<float> along_, across_;  // metres from the pole, from the lower edge
     RigidMotion placement_;
     std::vector<Triangle> triangles_;
@@ -139,7 +166,7 @@ class Flag final : public SyntheticClip {
 
 }  // namespace
 
-std::unique_ptr<SyntheticClip> make_flag(std::int64_t vertex_count, std::uint64_t seed) {
+std::unique_ptr<Performer> make_flag(std::int64_t vertex_count, std::uint64_t seed) {
     return std::make_unique<Flag>(vertex_count, seed);
 }
 

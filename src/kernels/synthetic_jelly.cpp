@@ -73,17 +73,34 @@ class BoxSurface {
     Size size_;
 };
 
-class Jelly final : public SyntheticClip {
+// How the body rings after a bounce, and where it goes.
+struct Excitation {
+    std::uint64_t seed = 0;  // of bounces and places
+    std::array<double, kModes> frequency{}, decay{}, amplitude{};
+    std::array<double, 3> spin_phases{};
+    double reach = 1.0;  // how far tosses go
+    Ripples ripples;
+};
+
+Excitation draw_excitation(std::uint64_t seed, Dice& dice) {
+    Excitation excitation;
+    excitation.seed = seed;
+    for (std::size_t m = 0; m < kModes; ++m) {
+        excitation.frequency[m] = 11.0 * std::pow(1.21, static_cast<double>(m)) * dice.between(0.95, 1.05);
+        excitation.decay[m] = excitation.frequency[m] * dice.between(0.12, 0.18);
+        excitation.amplitude[m] = 0.16 / (1.0 + 0.35 * static_cast<double>(m)) * dice.between(0.7, 1.0);
+    }
+    for (double& phase : excitation.spin_phases) phase = dice.phase();
+    return excitation;
+}
+
+class Jelly final : public Performer {
  public:
-    Jelly(std::int64_t vertex_count, std::uint64_t seed) : seed_(scramble(seed ^ 0x1E117)) {
-        Dice dice(seed_);
+    Jelly(std::int64_t vertex_count, std::uint64_t seed) {
+        const std::uint64_t own = scramble(seed ^ 0x1E117);
+        Dice dice(own);
         const Size size = choose_size(vertex_count);
-        for (std::size_t m = 0; m < kModes; ++m) {
-            mode_frequency_[m] = 11.0 * std::pow(1.21, static_cast<double>(m)) * dice.between(0.95, 1.05);
-            mode_decay_[m] = mode_frequency_[m] * dice.between(0.12, 0.18);
-            mode_amplitude_[m] = 0.16 / (1.0 + 0.35 * static_cast<double>(m)) * dice.between(0.7, 1.0);
-        }
-        for (double& phase : spin_phases_) phase = dice.phase();
+        excitation_ = draw_excitation(own, dice);
         make_vertices(size, dice);
         make_triangles(size);
         for (std::int64_t i = 0; i < kFlights; ++i) period_ += flight_time(i);
@@ -94,7 +111,21 @@ class Jelly final : public SyntheticClip {
     double fps() const override { return 60.0; }
 
     void write_frame(std::int64_t frame, std::span<float> positions) const override {
-        const double t = static_cast<double>(frame) / fps();
+        bounce_about(excitation_, static_cast<double>(frame) / fps(), positions);
+    }
+
+    void write_act(std::uint64_t act_seed, double time_s, std::span<float> positions) const override {
+        Dice dice(act_seed);
+        Excitation excitation = draw_excitation(act_seed, dice);
+        const double strength = dice.between(0.3, 1.0);
+        for (double& amplitude : excitation.amplitude) amplitude *= strength;
+        excitation.reach = dice.between(0.1, 0.3);
+        excitation.ripples = Ripples(dice, 12, 0.02, 0.12);
+        bounce_about(excitation, time_s, positions);
+    }
+
+ private:
+    void bounce_about(const Excitation& excitation, double t, std::span<float> positions) const {
         const auto toss = static_cast<std::int64_t>(t / period_);
         double since = t - static_cast<double>(toss) * period_;  // seconds since the flight began
         std::int64_t flight = 0;
@@ -107,28 +138,30 @@ class Jelly final : public SyntheticClip {
         for (int i = 0; i < kRemembered && bounce >= 0; ++i, --bounce) {
             const double strength = speed(bounce % kFlights) / kFirstSpeed;
             squash -= 0.3 * strength * std::exp(-2.6 * since) * std::sin(13.0 * since);
-            Dice dice(seed_ + static_cast<std::uint64_t>(bounce));
+            Dice dice(excitation.seed + static_cast<std::uint64_t>(bounce));
             for (std::size_t m = 0; m < kModes; ++m) {
-                bend[m] += static_cast<float>(dice.between(-1.0, 1.0) * mode_amplitude_[m] * strength *
-                                              std::exp(-mode_decay_[m] * since) *
-                                              std::sin(mode_frequency_[m] * since));
+                bend[m] += static_cast<float>(dice.between(-1.0, 1.0) * excitation.amplitude[m] * strength *
+                                              std::exp(-excitation.decay[m] * since) *
+                                              std::sin(excitation.frequency[m] * since));
             }
             since += flight_time((bounce + kFlights - 1) % kFlights);
         }
 
         const auto stretch = static_cast<float>(1.0 + squash);
         const float widen = 1.0f / std::sqrt(stretch);  // the volume stays
-        const RigidMotion spin = rotation_about(2, 0.61 * t + 0.8 * std::sin(0.373 * t + spin_phases_[0]))
-                                     .after(rotation_about(0, 0.9 * std::sin(0.517 * t + spin_phases_[1])))
-                                     .after(rotation_about(1, 0.7 * std::sin(0.811 * t + spin_phases_[2])));
+        const RigidMotion spin =
+            rotation_about(2, 0.61 * t + 0.8 * std::sin(0.373 * t + excitation.spin_phases[0]))
+                .after(rotation_about(0, 0.9 * std::sin(0.517 * t + excitation.spin_phases[1])))
+                .after(rotation_about(1, 0.7 * std::sin(0.811 * t + excitation.spin_phases[2])));
         const double part = t / period_ - static_cast<double>(toss);
-        const auto here = landing(toss), there = landing(toss + 1);
+        const auto here = landing(excitation, toss), there = landing(excitation, toss + 1);
         const Vector3 centre = {static_cast<float>(here[0] + part * (there[0] - here[0])),
                                 static_cast<float>(here[1] + part * (there[1] - here[1])),
                                 static_cast<float>(height + kRadius * (1.0 + squash))};
+        const auto ripples = excitation.ripples.at(t);
         float* out = positions.data();
         for (std::size_t v = 0; v < rest_.size(); ++v) {
-            float swell = 1.0f;
+            float swell = 1.0f + excitation.ripples(rest_[v], ripples);
             for (std::size_t m = 0; m < kModes; ++m) swell += bend[m] * modes_[v][m];
             const Vector3 p = spin.turn(rest_[v]);
             *out++ = p[0] * swell * widen + centre[0];
@@ -137,15 +170,15 @@ class Jelly final : public SyntheticClip {
         }
     }
 
- private:
     static double speed(std::int64_t flight) {
         return kFirstSpeed * std::pow(kRestitution, static_cast<double>(flight));
     }
     static double flight_time(std::int64_t flight) { return 2.0 * speed(flight) / kGravity; }
     // Where a toss begins, metres.
-    std::array<double, 2> landing(std::int64_t toss) const {
-        Dice dice(scramble(seed_ + 77) + static_cast<std::uint64_t>(toss));
-        return {dice.between(-2.0, 2.0), dice.between(-2.0, 2.0)};
+    static std::array<double, 2> landing(const Excitation& excitation, std::int64_t toss) {
+        Dice dice(scramble(excitation.seed + 77) + static_cast<std::uint64_t>(toss));
+        const double x = dice.between(-2.0, 2.0), y = dice.between(-2.0, 2.0);
+        return {excitation.reach * x, excitation.reach * y};
     }
 
     void make_vertices(const Size& size, Dice& dice) {
@@ -223,9 +256,7 @@ class Jelly final : public SyntheticClip {
         }
     }
 
-    std::uint64_t seed_;
-    std::array<double, kModes> mode_frequency_{}, mode_decay_{}, mode_amplitude_{};
-    std::array<double, 3> spin_phases_{};
+    Excitation excitation_;
     double period_ = 0.0;  // seconds from a toss to the next
     std::vector<Vector3> rest_;
     std::vector<std::array<float, kModes>> modes_;  // how far each mode swells the body at a vertex
@@ -234,7 +265,7 @@ class Jelly final : public SyntheticClip {
 
 }  // namespace
 
-std::unique_ptr<SyntheticClip> make_jelly(std::int64_t vertex_count, std::uint64_t seed) {
+std::unique_ptr<Performer> make_jelly(std::int64_t vertex_count, std::uint64_t seed) {
     return std::make_unique<Jelly>(vertex_count, seed);
 }
 

@@ -4,16 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "kernels/synthetic_clip.h"
 
 namespace batchenc {
 
 // The parts that the sample animations share; synthetic_clip.h is the door.
-
-std::unique_ptr<SyntheticClip> make_walker(std::int64_t vertex_count, std::uint64_t seed);
-std::unique_ptr<SyntheticClip> make_flag(std::int64_t vertex_count, std::uint64_t seed);
-std::unique_ptr<SyntheticClip> make_jelly(std::int64_t vertex_count, std::uint64_t seed);
 
 /// Evenly spread 64-bit number of a key (the finaliser of SplitMix64).
 std::uint64_t scramble(std::uint64_t key);
@@ -57,5 +55,38 @@ struct RigidMotion {
 
 /// Rotation by an angle (radians, counter-clockwise) about a coordinate axis (0, 1, 2).
 RigidMotion rotation_about(std::size_t axis, double angle);
+
+/// Waves over a body's surface, along directions of their own: muscles and wrinkles that an act has.
+class Ripples {
+ public:
+    Ripples() = default;
+    /// waves: how many. amplitude: of each at most, metres. finest: of their lengths, metres.
+    Ripples(Dice& dice, std::size_t waves, double amplitude, double finest);
+    /// How far a point of the body at rest is moved outwards, metres; `now` from at().
+    float operator()(const Vector3& rest, std::span<const float> now) const;
+    /// What the waves have in common over the body at a time, seconds.
+    std::vector<float> at(double time_s) const;
+
+ private:
+    struct Wave {
+        Vector3 direction;
+        float phase;
+        double frequency, beat, amplitude;
+    };
+    std::vector<Wave> waves_;
+};
+
+/// A body that can also move in other ways than its own, for as long as an act of a medley lasts.
+class Performer : public SyntheticClip {
+ public:
+    /// Writes the body, 3 × V float32, as it is time_s seconds (any sign) into the act of this seed. It stays
+    /// about where it began.
+    virtual void write_act(std::uint64_t act_seed, double time_s, std::span<float> positions) const = 0;
+};
+
+std::unique_ptr<Performer> make_walker(std::int64_t vertex_count, std::uint64_t seed);
+std::unique_ptr<Performer> make_flag(std::int64_t vertex_count, std::uint64_t seed);
+std::unique_ptr<Performer> make_jelly(std::int64_t vertex_count, std::uint64_t seed);
+std::unique_ptr<SyntheticClip> make_medley(std::int64_t vertex_count, std::uint64_t seed);
 
 }  // namespace batchenc

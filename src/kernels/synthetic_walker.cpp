@@ -75,7 +75,26 @@ TubeSize choose_size(const TubeShape& shape, double vertex_count) {
     return best;
 }
 
-class Walker final : public SyntheticClip {
+// How the figure walks.
+struct Gait {
+    std::array<double, 8> phases{};
+    double cadence = 0.0;  // pairs of steps a second
+    double stride = 0.0;   // metres a pair of steps
+    double winding = 0.0;  // radians of the path's bends a metre
+    double effort = 1.0;   // how far the limbs swing
+    Ripples ripples;       // of the skin
+};
+
+Gait draw_gait(Dice& dice) {
+    Gait gait;
+    for (double& phase : gait.phases) phase = dice.phase();
+    gait.cadence = dice.between(0.82, 0.98);
+    gait.stride = dice.between(1.35, 1.5);
+    gait.winding = dice.between(0.19, 0.26);
+    return gait;
+}
+
+class Walker final : public Performer {
  public:
     Walker(std::int64_t vertex_count, std::uint64_t seed) {
         Dice dice(seed ^ 0x3A1C);
@@ -150,10 +169,7 @@ class Walker final : public SyntheticClip {
             add_tube(shape, choose_size(shape, wanted), dice);
             wanted -= static_cast<double>(rest_.size()) - before;
         }
-        for (double& phase : phases_) phase = dice.phase();
-        cadence_ = dice.between(0.82, 0.98);
-        stride_ = dice.between(1.35, 1.5);
-        winding_ = dice.between(0.19, 0.26);
+        gait_ = draw_gait(dice);
     }
 
     std::int64_t vertex_count() const override { return static_cast<std::int64_t>(rest_.size()); }
@@ -161,9 +177,26 @@ class Walker final : public SyntheticClip {
     double fps() const override { return 30.0; }
 
     void write_frame(std::int64_t frame, std::span<float> positions) const override {
-        const double t = static_cast<double>(frame) / fps();
-        const double step = step_phase(t);
-        const auto bones = pose(t, step);
+        walk(gait_, static_cast<double>(frame) / fps(), positions);
+    }
+
+    // On the spot, slower or faster than it would by itself.
+    void write_act(std::uint64_t act_seed, double time_s, std::span<float> positions) const override {
+        Dice dice(act_seed);
+        Gait gait = draw_gait(dice);
+        gait.cadence *= dice.between(0.7, 1.3);
+        gait.stride = 0.0;
+        gait.winding = 1e6;  // a path of no length lies where it begins
+        gait.effort = dice.between(0.5, 1.2);
+        gait.ripples = Ripples(dice, 12, 0.005, 0.09);
+        walk(gait, time_s, positions);
+    }
+
+ private:
+    void walk(const Gait& gait, double t, std::span<float> positions) const {
+        const double step = step_phase(gait, t);
+        const auto bones = pose(gait, t, step);
+        const auto ripples = gait.ripples.at(t);
         float* out = positions.data();
         std::size_t v = 0;
         for (const Ring& ring : rings_) {
@@ -178,38 +211,38 @@ class Walker final : public SyntheticClip {
                     motion.offset[i] += w * (other.offset[i] - motion.offset[i]);
                 }
             }
-            const auto swell =
-                static_cast<float>(0.004 * std::sin(2.0 * step - 7.0 * ring.place + phases_[6]) +
-                                   0.002 * std::sin(0.77 * t + phases_[7]));
+            const auto swell_of_ring =
+                static_cast<float>(0.004 * std::sin(2.0 * step - 7.0 * ring.place + gait.phases[6]) +
+                                   0.002 * std::sin(0.77 * t + gait.phases[7]));
             for (std::int64_t i = 0; i < ring.count; ++i, ++v) {
                 const Vector3 &x = rest_[v], &n = outward_[v];
+                const float swell = swell_of_ring + gait.ripples(x, ripples);
                 const Vector3 p = motion({x[0] + swell * n[0], x[1] + swell * n[1], x[2] + swell * n[2]});
                 out = std::copy(p.begin(), p.end(), out);
             }
         }
     }
 
- private:
     // Radians of the gait, two pi for two steps; its speed wanders slowly.
-    double step_phase(double t) const {
-        return 2.0 * kPi * cadence_ * t + 0.5 * std::sin(0.371 * t + phases_[0]) +
-               0.3 * std::sin(0.829 * t + phases_[1]);
+    static double step_phase(const Gait& gait, double t) {
+        return 2.0 * kPi * gait.cadence * t + 0.5 * std::sin(0.371 * t + gait.phases[0]) +
+               0.3 * std::sin(0.829 * t + gait.phases[1]);
     }
 
-    std::array<RigidMotion, kBones> pose(double t, double step) const {
+    std::array<RigidMotion, kBones> pose(const Gait& gait, double t, double step) const {
         std::array<RigidMotion, kBones> bones;
-        const double effort = 1.0 + 0.12 * std::sin(0.233 * t + phases_[2]);
+        const double effort = gait.effort * (1.0 + 0.12 * std::sin(0.233 * t + gait.phases[2]));
 
         // Along the path as far as the steps carry, so that the feet do not slide much.
-        const double way = stride_ * step / (2.0 * kPi);
-        const double heading = 0.35 * std::cos(winding_ * way + phases_[3]);
+        const double way = gait.stride * step / (2.0 * kPi);
+        const double heading = 0.35 * std::cos(gait.winding * way + gait.phases[3]);
         RigidMotion& pelvis = bones[kPelvis];
         pelvis = rotation_about(2, heading + 0.07 * std::sin(step))
                      .after(rotation_about(1, 0.05 + 0.015 * std::sin(2.0 * step)))
                      .after(rotation_about(0, 0.04 * std::sin(step + 0.4)));
         const Vector3 hip = joints_[kPelvis];
         const std::array<double, 3> at = {
-            way, 0.35 / winding_ * std::sin(winding_ * way + phases_[3]) + 0.02 * std::sin(step),
+            way, 0.35 / gait.winding * std::sin(gait.winding * way + gait.phases[3]) + 0.02 * std::sin(step),
             hip[2] - 0.015 + 0.02 * std::cos(2.0 * step)};
         const Vector3 turned = pelvis.turn(hip);
         for (std::size_t i = 0; i < 3; ++i) pelvis.offset[i] = static_cast<float>(at[i]) - turned[i];
@@ -226,9 +259,9 @@ class Walker final : public SyntheticClip {
                rotation_about(2, -0.16 * effort * std::sin(step))
                    .after(rotation_about(1, 0.04 * std::sin(2.0 * step + 0.7))));
         attach(kHead, kChest,
-               rotation_about(
-                   2, 0.09 * std::sin(step) + 0.4 * std::sin(0.541 * t + phases_[4]) * std::sin(0.203 * t))
-                   .after(rotation_about(1, 0.12 * std::sin(0.947 * t + phases_[5]))));
+               rotation_about(2, 0.09 * std::sin(step) +
+                                     0.4 * std::sin(0.541 * t + gait.phases[4]) * std::sin(0.203 * t))
+                   .after(rotation_about(1, 0.12 * std::sin(0.947 * t + gait.phases[5]))));
         for (const bool right : {false, true}) {
             const double side = right ? -1.0 : 1.0, s = right ? step + kPi : step;
             // Positive turns about y swing what hangs down to the back.
@@ -340,15 +373,12 @@ class Walker final : public SyntheticClip {
     std::vector<Ring> rings_;
     std::vector<Vector3> rest_, outward_;
     std::vector<Triangle> triangles_;
-    std::array<double, 8> phases_{};
-    double cadence_ = 0.0;  // pairs of steps a second
-    double stride_ = 0.0;   // metres a pair of steps
-    double winding_ = 0.0;  // radians of the path's bends a metre
+    Gait gait_;
 };
 
 }  // namespace
 
-std::unique_ptr<SyntheticClip> make_walker(std::int64_t vertex_count, std::uint64_t seed) {
+std::unique_ptr<Performer> make_walker(std::int64_t vertex_count, std::uint64_t seed) {
     return std::make_unique<Walker>(vertex_count, seed);
 }
 

@@ -50,7 +50,7 @@ class Batch {
         runs_.resize(plans.size());
         ended_.resize(plans.size(), false);
         for (const JobPlan& plan : plans)
-            if (plan.runs()) work_bytes_ += kStages * plan.raw_bytes();
+            if (plan.runs()) work_bytes_ += (kStages + (plan.cuts_by_motion ? 1 : 0)) * plan.raw_bytes();
     }
 
     BatchReport run() {
@@ -81,19 +81,33 @@ class Batch {
 
     /// Clips of all jobs in order. A job begins with its first clip, so that only jobs in flight hold memory.
     std::shared_ptr<ClipInFlight> next_clip() {
-        while (job_ < plans_.size() && (!plans_[job_].runs() || index_ == plans_[job_].clip_count())) {
+        while (job_ < plans_.size() && (!plans_[job_].runs() || index_ == clip_count_)) {
             ++job_;
             index_ = 0;
+            clip_count_ = -1;
         }
         if (job_ == plans_.size() || stop_.load(std::memory_order_relaxed)) return nullptr;
-        if (index_ == 0) runs_[job_] = std::make_unique<JobRun>(plans_[job_], executor_);
         auto clip = std::make_shared<ClipInFlight>();
+        if (index_ == 0) begin_job(*clip);
         clip->number = number_++;
         clip->job_number = job_;
         clip->job = runs_[job_].get();
         clip->index = index_;
-        clip->span = plans_[job_].clip(index_++);
+        clip->span = clip->job->clips()[static_cast<std::size_t>(index_++)];
         return clip;
+    }
+
+    /// Where the job's clips are depends on its motion, a pass over its source finds that out; what it takes
+    /// is the first clip's reading.
+    void begin_job(ClipInFlight& first) {
+        const Stopwatch watch;
+        const JobPlan& plan = plans_[job_];
+        runs_[job_] = std::make_unique<JobRun>(plan, executor_);
+        JobRun& job = *runs_[job_];
+        if (const auto cut = job.cut(stop_); !cut) job.record_failure(cut.error());
+        clip_count_ = static_cast<std::int64_t>(job.clips().size());
+        first.seconds.read = watch.seconds();
+        if (plan.cuts_by_motion) add_progress(plan.raw_bytes());
     }
 
     void run_stage(ClipInFlight& clip, Stage stage, double StageSeconds::*seconds) {
@@ -103,9 +117,13 @@ class Batch {
             const auto done = guarded(stop_, [&] { return (job.*stage)(clip); });
             if (!done) job.record_failure(done.error());
         }
-        clip.seconds.*seconds = watch.seconds();
+        clip.seconds.*seconds += watch.seconds();
+        add_progress(12 * job.plan().header.vertex_count * clip.span.frame_count);
+    }
+
+    void add_progress(std::int64_t bytes) {
         const std::lock_guard lock(listener_mutex_);
-        done_bytes_ += 12 * job.plan().header.vertex_count * clip.span.frame_count;
+        done_bytes_ += bytes;
         listener_.progress(static_cast<double>(done_bytes_) / static_cast<double>(work_bytes_));
     }
 
@@ -116,7 +134,7 @@ class Batch {
             const std::lock_guard lock(listener_mutex_);
             listener_.note(job.plan().job.name, "clip " + std::to_string(clip.index) + ": " + note);
         }
-        const bool is_last = clip.index + 1 == job.plan().clip_count();
+        const bool is_last = clip.index + 1 == static_cast<std::int64_t>(job.clips().size());
         const std::size_t job_number = clip.job_number;
         clip = ClipInFlight{};  // the graph may still refer to this object: what is large is freed now
         if (is_last) end_job(job_number, job.close());
@@ -144,9 +162,10 @@ class Batch {
     const Executor& executor_;
     const std::atomic<bool>& stop_;
 
-    std::size_t job_ = 0;      // next_clip: whose clip comes next
-    std::int64_t index_ = 0;   // next_clip: which of its clips
-    std::int64_t number_ = 0;  // next_clip: clips given so far
+    std::size_t job_ = 0;           // next_clip: whose clip comes next
+    std::int64_t index_ = 0;        // next_clip: which of its clips
+    std::int64_t clip_count_ = -1;  // next_clip: how many it has, once it has begun
+    std::int64_t number_ = 0;       // next_clip: clips given so far
 
     std::vector<std::unique_ptr<JobRun>> runs_;  // of the jobs in flight, by job number
     std::vector<bool> ended_;

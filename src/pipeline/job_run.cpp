@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/clip_cutting.h"
+#include "pipeline/guarded.h"
 #include "pipeline/vertex_order.h"
 
 namespace batchenc {
@@ -47,6 +49,20 @@ std::vector<float> measure_vertex_rmse(PositionsView source, PositionsView decod
 }
 
 }  // namespace
+
+Expected<void> JobRun::cut(const std::atomic<bool>& stop) {
+    if (!plan_.cuts_by_motion) {
+        clips_ = plan_.even_clips();
+        return {};
+    }
+    const Stopwatch watch;
+    clips_ = {{0, plan_.header.frame_count}};
+    auto clips = guarded(stop, [&] { return cut_by_motion(plan_, executor_, stop); });
+    cut_time_s_ = watch.seconds();
+    if (!clips) return tl::unexpected(clips.error());
+    clips_ = std::move(*clips);
+    return {};
+}
 
 Expected<void> JobRun::open() {
     since_first_read_ = Stopwatch();
@@ -182,17 +198,19 @@ Expected<void> JobRun::write(ClipInFlight& clip) {
             return done;
     bytes_.clips += clip.encoded.section_bytes;
     decode_time_s_ += clip.decode_time_s;
-    return clip.index + 1 == plan_.clip_count() ? finish() : Expected<void>{};
+    return clip.index + 1 == static_cast<std::int64_t>(clips_.size()) ? finish() : Expected<void>{};
 }
 
 Expected<void> JobRun::finish() {
-    // encode_time_s: from the first clip's read to the last clip's write, other jobs' clips in between
-    // included. decode_time_s: entropy decoding and reconstruction of all clips, each clip's own wall time.
+    // encode_time_s: finding the cuts, and from the first clip's read to the last clip's write, other jobs'
+    // clips in between included. decode_time_s: entropy decoding and reconstruction of all clips, each clip's
+    // own wall time.
     const ErrorMetrics errors = meter_->finish();
     if (!std::isfinite(errors.rmse))
         return fail(ErrorCode::kVerification, "the decoded clip holds NaN or Inf");
-    metrics_ = make_result_metrics(bytes_, errors, plan_.header.vertex_count, plan_.header.frame_count,
-                                   since_first_read_.seconds(), decode_time_s_);
+    metrics_ =
+        make_result_metrics(bytes_, errors, clips_, plan_.header.vertex_count, plan_.header.frame_count,
+                            cut_time_s_ + since_first_read_.seconds(), decode_time_s_);
     return writer_->finish(metrics_);
 }
 

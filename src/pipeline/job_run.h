@@ -28,6 +28,12 @@ class JobRun {
 
     const JobPlan& plan() const { return plan_; }
 
+    /// Finds the clips: once, before any stage. Where they are cut by motion, that reads the whole source.
+    /// After an error there is one clip, for which no stage does anything.
+    Expected<void> cut(const std::atomic<bool>& stop);
+    /// Where the clips lie, in the job's frames; after cut.
+    const std::vector<ClipSpan>& clips() const { return clips_; }
+
     /// Frames of the clip into clip.source; for the first clip, opens source and result.
     Expected<void> read(ClipInFlight& clip);
     Expected<void> segment(ClipInFlight& clip);
@@ -59,6 +65,8 @@ class JobRun {
     const JobPlan& plan_;
     const Executor& executor_;
 
+    std::vector<ClipSpan> clips_;
+    double cut_time_s_ = 0.0;
     Stopwatch since_first_read_;
     std::unique_ptr<SourceClip> source_;
     std::unique_ptr<ResultWriter> writer_;

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "io/source_clip.h"
+#include "pipeline/clip_cutting.h"
 #include "pipeline/guarded.h"
 
 namespace batchenc {
@@ -43,7 +44,13 @@ Expected<void> plan_source(JobPlan& plan) {
     plan.header.fps = clip.fps();
     plan.header.name = clip.name();
     const std::int64_t frame_count = plan.header.frame_count;
-    plan.clip_length = job.clip_length > 0 ? std::min(job.clip_length, frame_count) : frame_count;
+    // A coder whose frames decode by themselves gains nothing from what frames have in common.
+    plan.cuts_by_motion = job.clip_length == kAutomaticClips && uses_clusters(job.codec.method);
+    plan.clip_length = frame_count;
+    if (job.clip_length > 0) plan.clip_length = std::min(job.clip_length, frame_count);
+    if (job.clip_length == kAutomaticClips)
+        plan.clip_length =
+            std::min(longest_automatic_clip(job.codec.method, clip.vertex_count()), frame_count);
     return {};
 }
 
@@ -72,11 +79,11 @@ Expected<void> plan_job(JobPlan& plan, ExistingOutput existing) {
 
 }  // namespace
 
-std::int64_t JobPlan::clip_count() const { return (header.frame_count + clip_length - 1) / clip_length; }
-
-ClipSpan JobPlan::clip(std::int64_t index) const {
-    const std::int64_t first = index * clip_length;
-    return {first, std::min(clip_length, header.frame_count - first)};
+std::vector<ClipSpan> JobPlan::even_clips() const {
+    std::vector<ClipSpan> clips;
+    for (std::int64_t first = 0; first < header.frame_count; first += clip_length)
+        clips.push_back({first, std::min(clip_length, header.frame_count - first)});
+    return clips;
 }
 
 Expected<void> check_outputs(const std::vector<Job>& jobs) {

@@ -22,7 +22,8 @@ enum class ExistingOutput {
 struct JobPlan {
     Job job;
     ResultHeader header;           ///< of the result; its frame_count is that of the job's frame range
-    std::int64_t clip_length = 1;  ///< frames of every clip but perhaps the last
+    std::int64_t clip_length = 1;  ///< frames of every clip but perhaps the last; of cuts_by_motion, at most
+    bool cuts_by_motion = false;   ///< clips are known once the job begins (pipeline/clip_cutting.h)
     bool overwrite = false;        ///< the result may take the place of an existing file
     std::optional<ResultMetrics>
         kept;                    ///< of the existing result, where that is kept: there is nothing to do
@@ -30,9 +31,8 @@ struct JobPlan {
 
     /// There is work to be done.
     bool runs() const { return !error && !kept; }
-    std::int64_t clip_count() const;
-    /// Clip `index` of clip_count(), in the job's frames.
-    ClipSpan clip(std::int64_t index) const;
+    /// Clips of clip_length frames, the last with what is left, in the job's frames.
+    std::vector<ClipSpan> even_clips() const;
     /// Positions as float32: 12 x V x F.
     std::int64_t raw_bytes() const { return 12 * header.vertex_count * header.frame_count; }
 };

@@ -10,6 +10,7 @@
 #include "kernels/error_metrics.h"
 #include "pipeline/guarded.h"
 #include "pipeline/result_decoder.h"
+#include "pipeline/result_metrics.h"
 #include "pipeline/vertex_order.h"
 
 namespace batchenc {
@@ -124,6 +125,13 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
     compare("rmse", errors.rmse);
     compare("max_error", errors.max_error);
     compare("max_error_relative", errors.max_error_relative);
+    if (recorded.contains("seam_jump_max")) {  // results of before jumps were measured have none
+        const SeamJumps jumps = find_seam_jumps(errors.frame_jump, decoder->reader().clips());
+        compare("seam_jump_max", jumps.seam_max);
+        compare("seam_jump_mean", jumps.seam_mean);
+        compare("inner_jump_max", jumps.inner_max);
+        compare("inner_jump_mean", jumps.inner_mean);
+    }
     compare("bits_total", *bits);
     compare("bpvf",
             *bits / (static_cast<double>(header.vertex_count) * static_cast<double>(header.frame_count)));

@@ -20,7 +20,7 @@ struct VerifiedFigure {
 };
 
 struct VerifyReport {
-    std::vector<VerifiedFigure> figures;  ///< da, kg, rmse, max_error, max_error_relative, bits, bpvf
+    std::vector<VerifiedFigure> figures;  ///< da, kg, rmse, max_error, max_error_relative, jumps, bits, bpvf
     bool same_triangles = false;          ///< the decoded triangles are the source's, in its order
     bool agrees() const;                  ///< all of the above
 };

@@ -66,6 +66,7 @@ def check_result(path):
         check(metrics["frame_rmse"].dtype == "<f8", "type of the metrics")
         check(metrics["frame_rmse"][:].tolist() == [1, 2, 3, 4, 5, 6, 7], "frame_rmse")
         check(metrics["frame_max_error"][:].tolist() == [2, 4, 6, 8, 10, 12, 14], "frame_max_error")
+        check(metrics["frame_jump"][:].tolist() == [0, 3, 6, 9, 12, 15, 18], "frame_jump")
         for clip in ("000000", "000001"):
             analysis = file["analysis"][clip]
             check(analysis["labels"].dtype == "<i4", "type of the labels")

@@ -107,6 +107,20 @@ TEST(JobFile, ReadsBothOrders) {
     EXPECT_EQ(to_name(static_cast<MeshOrder>(2)), "unknown");
 }
 
+TEST(JobFile, ReadsAutomaticClips) {
+    const Job job = parse_well(kShortest + "clips: {length: auto}\n")[0];
+    EXPECT_EQ(job.clip_length, kAutomaticClips);
+    EXPECT_NE(job.yaml.find("length: auto"), std::string::npos) << job.yaml;
+    EXPECT_EQ(parse_well(job.yaml)[0].clip_length, kAutomaticClips);
+    EXPECT_EQ(parse_well(kShortest + "clips: {length: 0}\n")[0].clip_length, 0);
+    const auto swept = parse_well(
+        "batchenc: 1\ninput: {file: a.h5}\noutput: b-{length}.h5\n"
+        "sweep: {clips.length: [auto, 64]}\n");
+    ASSERT_EQ(swept.size(), 2U);
+    EXPECT_EQ(swept[0].output, "jobs/b-auto.h5");
+    EXPECT_EQ(swept[1].clip_length, 64);
+}
+
 TEST(JobFile, KeepsAbsolutePaths) {
     const Job job = parse_well("batchenc: 1\ninput: {file: /a/b.h5}\noutput: /c.h5\n")[0];
     EXPECT_EQ(job.input, "/a/b.h5");
@@ -174,7 +188,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
         EXPECT_FALSE(accepted(key, key.high + 1)) << key.path;
         ++tested;
     }
-    EXPECT_EQ(tested, 7);
+    EXPECT_EQ(tested, 9);
 }
 
 TEST(JobSchema, WordsAgreeWithCheckParameters) {
@@ -186,8 +200,8 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
             return check_parameters(draft.job.codec);
         });
     };
-    for (const char* path :
-         {"segmentation.method", "codec.method", "codec.space", "codec.predictor", "codec.tangential"}) {
+    for (const char* path : {"segmentation.method", "codec.method", "codec.space", "codec.predictor",
+                             "codec.tangential", "codec.transform", "codec.allocation"}) {
         const JobKey& key = *find_job_key(path);
         for (const auto word : key.words) EXPECT_TRUE(check(key, word).has_value()) << path << " " << word;
         for (const auto word : key.later) {

@@ -68,6 +68,15 @@ TEST(ResultFile, RoundTripsManyClips) {
     }
     content.metrics.frame_rmse.assign(300, 1.0);
     content.metrics.frame_max_error.assign(300, 2.0);
+    content.metrics.frame_jump.assign(300, 3.0);
+    ASSERT_TRUE(write_result(folder / "result.h5", content, false));
+    EXPECT_EQ(difference(folder / "result.h5", content), "");
+}
+
+TEST(ResultFile, OpensWithoutJumps) {
+    const TemporaryFolder folder;
+    ResultContent content;
+    content.metrics.frame_jump.clear();  // as in results of before they were measured
     ASSERT_TRUE(write_result(folder / "result.h5", content, false));
     EXPECT_EQ(difference(folder / "result.h5", content), "");
 }
@@ -260,6 +269,7 @@ TEST(ResultWriter, RefusesWhatDoesNotFitTogether) {
     expect_refused("few errors", [](auto& c) { c.vertex_rmse.pop_back(); });
     expect_refused("no clusters", [](auto& c) { c.cluster_deviation.clear(); });
     expect_refused("few frames", [](auto& c) { c.metrics.frame_rmse.pop_back(); });
+    expect_refused("few jumps", [](auto& c) { c.metrics.frame_jump.pop_back(); });
     expect_refused("NUL", [](auto& c) { c.header.job = std::string("a\0b", 3); });
     expect_refused("no vertices", [](auto& c) { c.header.vertex_count = 0; });
 

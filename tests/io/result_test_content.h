@@ -30,7 +30,8 @@ struct ResultContent {
                            {"max_error_relative", 1e-4},
                            {"bits_headers", 100.0}},
                           {1, 2, 3, 4, 5, 6, 7},
-                          {2, 4, 6, 8, 10, 12, 14}};
+                          {2, 4, 6, 8, 10, 12, 14},
+                          {0, 3, 6, 9, 12, 15, 18}};
 };
 
 inline Expected<void> write_result(const std::filesystem::path& path, const ResultContent& content,
@@ -64,7 +65,8 @@ inline std::string difference(const std::filesystem::path& path, const ResultCon
         return "counts differ";
     const ResultMetrics& metrics = (*reader)->metrics();
     if (metrics.values != content.metrics.values || metrics.frame_rmse != content.metrics.frame_rmse ||
-        metrics.frame_max_error != content.metrics.frame_max_error)
+        metrics.frame_max_error != content.metrics.frame_max_error ||
+        metrics.frame_jump != content.metrics.frame_jump)
         return "metrics differ";
     const auto connectivity = (*reader)->read_connectivity();
     if (!connectivity) return "error: " + connectivity.error().to_string();

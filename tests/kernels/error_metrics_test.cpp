@@ -58,6 +58,16 @@ ErrorMetrics by_definition(const Clip& clip) {
         error += frame_error;
         m.frame_rmse.push_back(std::sqrt(frame_error / static_cast<double>(V)));
         m.frame_max_error.push_back(std::sqrt(frame_max));
+        double squared_jump = 0.0;
+        for (std::int64_t v = 0; f > 0 && v < V; ++v) {
+            for (std::int64_t axis = 0; axis < 3; ++axis) {
+                const auto wrong = [&](std::int64_t frame) {
+                    return at(clip.source, frame, v, axis) - at(clip.decoded, frame, v, axis);
+                };
+                squared_jump += std::pow(wrong(f) - wrong(f - 1), 2);
+            }
+        }
+        m.frame_jump.push_back(std::sqrt(squared_jump / static_cast<double>(V)));
     }
     for (std::int64_t axis = 0; axis < 3; ++axis) {
         double low = 1e300, high = -1e300;
@@ -103,10 +113,12 @@ void expect_near(const ErrorMetrics& measured, const ErrorMetrics& expected, dou
     EXPECT_NEAR(measured.diagonal, expected.diagonal, relative * expected.diagonal);
     ASSERT_EQ(measured.frame_rmse.size(), expected.frame_rmse.size());
     ASSERT_EQ(measured.frame_max_error.size(), expected.frame_max_error.size());
+    ASSERT_EQ(measured.frame_jump.size(), expected.frame_jump.size());
     for (std::size_t f = 0; f < expected.frame_rmse.size(); ++f) {
         EXPECT_NEAR(measured.frame_rmse[f], expected.frame_rmse[f], relative * expected.frame_rmse[f]);
         EXPECT_NEAR(measured.frame_max_error[f], expected.frame_max_error[f],
                     relative * expected.frame_max_error[f]);
+        EXPECT_NEAR(measured.frame_jump[f], expected.frame_jump[f], relative * expected.frame_jump[f]);
     }
 }
 
@@ -119,6 +131,7 @@ void expect_same_bits(const ErrorMetrics& a, const ErrorMetrics& b) {
     EXPECT_EQ(a.diagonal, b.diagonal);
     EXPECT_EQ(a.frame_rmse, b.frame_rmse);
     EXPECT_EQ(a.frame_max_error, b.frame_max_error);
+    EXPECT_EQ(a.frame_jump, b.frame_jump);
 }
 
 // Hands the indices to two threads, so that a data race would show under the thread sanitizer.
@@ -149,6 +162,13 @@ TEST(ErrorMeter, GivesTheHandWorkedNumbers) {
     EXPECT_DOUBLE_EQ(m.max_error_relative, 1.25);
     EXPECT_EQ(m.frame_rmse, (std::vector<double>{0.0, std::sqrt(12.5)}));
     EXPECT_EQ(m.frame_max_error, (std::vector<double>{0.0, 5.0}));
+    EXPECT_EQ(m.frame_jump, (std::vector<double>{0.0, std::sqrt(12.5)}));
+}
+
+TEST(ErrorMeter, AnErrorThatStaysDoesNotJump) {
+    // Off by (1,2,2) in every frame, so each frame is as wrong as the other and none jumps; then by nothing.
+    const Clip clip{4, 1, {0, 0, 0, 5, 0, 0, 9, 9, 9, 1, 1, 1}, {1, 2, 2, 6, 2, 2, 10, 11, 11, 1, 1, 1}};
+    EXPECT_EQ(measure(clip).frame_jump, (std::vector<double>{0.0, 0.0, 0.0, 3.0}));
 }
 
 TEST(ErrorMeter, FindsTheLargestErrorAtEveryVertexAndAxis) {
@@ -197,6 +217,7 @@ TEST(ErrorMeter, RunsOfFramesGiveWhatTheWholeGives) {
                   SerialExecutor());
     }
     expect_near(meter.finish(), by_definition(clip), 1e-11);
+    EXPECT_EQ(meter.finish().frame_jump, measure(clip).frame_jump);  // bit for bit, runs or not
 }
 
 TEST(ErrorMeter, DoesNotDependOnTheExecutor) {
@@ -237,6 +258,7 @@ TEST(ErrorMeter, NoFramesAndNoVerticesGiveZeros) {
     meter.add({nullptr, 2, 0}, {nullptr, 2, 0}, SerialExecutor());
     EXPECT_EQ(meter.finish().kg, 0.0);
     EXPECT_EQ(meter.finish().frame_rmse.size(), 2u);
+    EXPECT_EQ(meter.finish().frame_jump.size(), 2u);
 }
 
 }  // namespace

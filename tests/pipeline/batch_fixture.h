@@ -42,6 +42,20 @@ inline MeshSequence waving_sheet(std::int64_t frame_count, std::int32_t side = 1
     return clip;
 }
 
+/// The sheet, trembling in another way after every `act` frames.
+inline MeshSequence changing_sheet(std::int64_t frame_count, std::int64_t act) {
+    MeshSequence clip = waving_sheet(frame_count);
+    for (std::int64_t f = 0; f < frame_count; ++f)
+        for (std::int64_t v = 0; v < clip.vertex_count; ++v)
+            for (std::int64_t wave = 0; wave < 8; ++wave) {
+                const std::int64_t pattern = (v * v + 31 * v) * (wave + 3 + 8 * (f / act)) % 101;
+                clip.positions[static_cast<std::size_t>((f * clip.vertex_count + v) * 3 + 2)] +=
+                    0.006F * static_cast<float>(pattern - 50) *
+                    std::sin((0.3F + 0.11F * static_cast<float>(wave)) * static_cast<float>(f));
+            }
+    return clip;
+}
+
 /// Hears a batch and keeps what it heard.
 class RecordingListener final : public BatchListener {
  public:

@@ -100,6 +100,92 @@ TEST_F(Batch, WritesTheSameBytesForAnyThreadsAndAnyOrder) {
     }
 }
 
+TEST_F(Batch, CutsWhereTheMotionChanges) {
+    write_clip("acts.h5", changing_sheet(600, 200));
+    const std::vector<Job> jobs = {make_job("a", "acts.h5", "clips: {length: auto}\n"),
+                                   make_job("s", "acts.h5", "clips: {length: auto}\n")};
+    ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, 1).all_done());
+    const auto a = content("a");
+    const auto reader = ResultReader::open(output("a"));
+    ASSERT_TRUE(reader) << reader.error().to_string();
+    ASSERT_EQ((*reader)->clips().size(), 3U);
+    EXPECT_NEAR(static_cast<double>((*reader)->clips()[1].first_frame), 200.0, 16.0);
+    EXPECT_NEAR(static_cast<double>((*reader)->clips()[2].first_frame), 400.0, 16.0);
+    for (const int threads : {2, 5}) {
+        ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, threads).all_done());
+        EXPECT_EQ(content("a"), a) << threads << " threads";
+    }
+    ASSERT_TRUE(run(jobs, ExistingOutput::kReplace, 2, ShuffledExecutor(3)).all_done());
+    EXPECT_EQ(content("a"), a);
+    for (const JobReport& job : run(jobs, ExistingOutput::kResume).jobs) EXPECT_TRUE(job.kept);
+}
+
+TEST_F(Batch, LookingForCutsFailsAndStopsLikeAStage) {
+    MeshSequence broken = waving_sheet(40);
+    broken.positions[3 * 144 * 35] = std::numeric_limits<float>::quiet_NaN();
+    write_clip("broken.h5", broken);
+    write_clip("good.h5", waving_sheet(40));
+    const std::string more = "clips: {length: auto}\n";
+    const BatchReport report = run({make_job("a", "broken.h5", more), make_job("b", "good.h5", more)});
+    ASSERT_TRUE(report.jobs[0].error);
+    EXPECT_EQ(report.jobs[0].error->code, ErrorCode::kNotFinite);
+    EXPECT_FALSE(report.jobs[1].error);
+    EXPECT_EQ(written_files(), std::vector<std::string>{"b.h5"});
+    double last = 0.0;
+    listener_.on_progress = [&] { last = listener_.last_progress; };
+    run({make_job("c", "good.h5", more), make_job("d", "good.h5")});
+    EXPECT_EQ(last, 1.0);
+    listener_.on_progress = [&] { stop_ = true; };
+    EXPECT_TRUE(run({make_job("e", "good.h5", more), make_job("f", "good.h5", more)}).interrupted());
+    EXPECT_EQ(written_files(), (std::vector<std::string>{"b.h5", "c.h5", "d.h5"}));
+}
+
+/// No coder carries anything over a seam: a clip is what its frames alone would be, bit for bit, and so are
+/// its errors.
+class Seams : public Batch, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Seams, CarryNothingOver) {
+    write_clip("acts.h5", changing_sheet(60, 25));
+    const std::string method = std::string("codec: {method: ") + GetParam() + ", components: 4}\n";
+    const auto job = [&](const std::string& name, const std::string& frames, const std::string& more) {
+        const std::string yaml = "batchenc: 1\nname: " + name + "\ninput: {file: acts.h5, frames: " + frames +
+                                 "}\noutput: out/" + name + ".h5\nsegmentation: {clusters: 3}\n" + method +
+                                 more;
+        return parse_job(yaml, folder_ / (name + ".yaml")).value().front();
+    };
+    ASSERT_TRUE(run({job("whole", "[0, 60]", "clips: {length: 24}\n"), job("p0", "[0, 24]", ""),
+                     job("p1", "[24, 48]", ""), job("p2", "[48, 60]", "")})
+                    .all_done());
+    auto whole = ResultReader::open(output("whole")).value();
+    ASSERT_EQ(whole->clips().size(), 3U);
+    for (std::int64_t i = 0; i < 3; ++i) {
+        auto part = ResultReader::open(output("p" + std::to_string(i))).value();
+        EXPECT_EQ(whole->read_clip(i).value(), part->read_clip(0).value()) << i;
+        const auto first = static_cast<std::size_t>(24 * i);
+        EXPECT_EQ(whole->metrics().frame_rmse[first], part->metrics().frame_rmse[0]) << i;
+        EXPECT_EQ(whole->metrics().frame_max_error[first], part->metrics().frame_max_error[0]) << i;
+        EXPECT_EQ(part->metrics().frame_jump[0], 0.0);
+        EXPECT_EQ(part->metrics().values.at("seam_jump_max"), 0.0);
+        EXPECT_EQ(whole->metrics().frame_jump[first + 1], part->metrics().frame_jump[1]) << i;
+    }
+    const auto& jumps = whole->metrics().frame_jump;
+    ASSERT_EQ(jumps.size(), 60U);
+    EXPECT_GT(jumps[24], 0.0);
+    const auto& values = whole->metrics().values;
+    EXPECT_EQ(values.at("seam_jump_max"), std::max(jumps[24], jumps[48]));
+    EXPECT_DOUBLE_EQ(values.at("seam_jump_mean"), 0.5 * (jumps[24] + jumps[48]));
+    double inner = 0.0, sum = 0.0;
+    for (std::size_t f = 1; f < 60; ++f) {
+        if (f % 24 == 0) continue;
+        inner = std::max(inner, jumps[f]);
+        sum += jumps[f];
+    }
+    EXPECT_EQ(values.at("inner_jump_max"), inner);
+    EXPECT_DOUBLE_EQ(values.at("inner_jump_mean"), sum / 57.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Coders, Seams, testing::Values("rlpca", "static"));
+
 TEST_F(Batch, GoesOnAfterAFailedJob) {
     write_clip("good.h5", waving_sheet(12));
     MeshSequence broken = waving_sheet(40);

@@ -1,5 +1,7 @@
 #include "pipeline/plan.h"
 
+#include "pipeline/clip_cutting.h"
+
 #include "tests/pipeline/batch_fixture.h"
 
 namespace batchenc {
@@ -26,18 +28,34 @@ TEST_F(Plan, CutsTheFrameRangeIntoClips) {
     EXPECT_EQ(planned.header.triangle_count, 242);
     EXPECT_EQ(planned.header.fps, 25.0);
     EXPECT_EQ(planned.header.job, job.yaml);
-    ASSERT_EQ(planned.clip_count(), 3);
-    EXPECT_EQ(planned.clip(0).first_frame, 0);
-    EXPECT_EQ(planned.clip(1).first_frame, 8);
-    EXPECT_EQ(planned.clip(2).first_frame, 16);
-    EXPECT_EQ(planned.clip(2).frame_count, 5);
+    const auto clips = planned.even_clips();
+    ASSERT_EQ(clips.size(), 3U);
+    EXPECT_EQ(clips[0].first_frame, 0);
+    EXPECT_EQ(clips[1].first_frame, 8);
+    EXPECT_EQ(clips[2].first_frame, 16);
+    EXPECT_EQ(clips[2].frame_count, 5);
     EXPECT_EQ(planned.raw_bytes(), 12 * 144 * 21);
 }
 
 TEST_F(Plan, OneClipByDefaultAndWhenTheLengthIsMore) {
     write_clip("sheet.h5", waving_sheet(5));
-    EXPECT_EQ(plan(make_job("a", "sheet.h5")).clip_count(), 1);
-    EXPECT_EQ(plan(make_job("a", "sheet.h5", "clips: {length: 99}\n")).clip(0).frame_count, 5);
+    EXPECT_EQ(plan(make_job("a", "sheet.h5")).even_clips().size(), 1U);
+    EXPECT_EQ(plan(make_job("a", "sheet.h5", "clips: {length: 99}\n")).even_clips()[0].frame_count, 5);
+}
+
+TEST_F(Plan, LeavesAutomaticClipsToTheJobsBeginning) {
+    write_clip("sheet.h5", waving_sheet(40));
+    const JobPlan planned = plan(make_job("a", "sheet.h5", "clips: {length: auto}\n"));
+    EXPECT_TRUE(planned.cuts_by_motion);
+    EXPECT_EQ(planned.clip_length, 40);
+    EXPECT_EQ(clip_memory_bytes(planned), clip_memory_bytes(plan(make_job("b", "sheet.h5"))));
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kRlpca, 3), 4096);
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kRlpca, 200000), 83);
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kRlpca, 1 << 28), 32);
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kStatic, 200000), 13);
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kStatic, 1 << 28), 1);
+    const std::string by_frames = "clips: {length: auto}\nsweep: {codec.method: [static]}\n";
+    EXPECT_FALSE(plan(make_job("c", "sheet.h5", by_frames)).cuts_by_motion);
 }
 
 TEST_F(Plan, RefusesFramesThatTheClipDoesNotHave) {

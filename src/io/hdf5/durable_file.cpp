@@ -100,6 +100,11 @@ Expected<void> DurableFile::rename_into_place() {
     return system_failure("cannot rename into place", error_number);
 }
 
+void DurableFile::begin_writing_out() const {
+    // Only a hint: what goes wrong with the disk is reported by fsync.
+    [[maybe_unused]] const int ignored = ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
+}
+
 Expected<void> DurableFile::commit() {
     if (::fsync(descriptor_) != 0) return system_failure("cannot sync", errno);
     if (::close(std::exchange(descriptor_, -1)) != 0) return system_failure("cannot close", errno);

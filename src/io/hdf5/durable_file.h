@@ -25,6 +25,10 @@ class DurableFile {
     const std::filesystem::path& temporary_path() const { return temporary_path_; }
     const std::filesystem::path& path() const { return path_; }
 
+    /// Asks the system to write out what has been written so far, and does not wait: commit() has less to
+    /// sync.
+    void begin_writing_out() const;
+
     /// Removes the temporary file now; nothing can be committed any more.
     void discard();
 

@@ -12,7 +12,7 @@ namespace {
 
 using Words = std::array<std::string_view, 1>;
 constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
-constexpr Words kLaterLengths = {"auto"};
+constexpr Words kLengthWords = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
 constexpr std::array<std::string_view, 3> kCodecMethods = {"rlpca", "pdct", "static"};
@@ -109,13 +109,20 @@ std::vector<JobKey> make_keys() {
     keys.push_back(mapping("clips", "how a long sequence is cut into clips that decode on their own"));
     keys.push_back({.path = "clips.length",
                     .type = kInteger,
-                    .sentence = "frames a clip; 0 is the whole sequence",
+                    .sentence = "frames a clip; 0 is the whole sequence, auto cuts where the motion changes",
                     .low = 0,
                     .high = SourceLimits{}.max_frames,
-                    .later = kLaterLengths,
+                    .words = kLengthWords,
                     .sweepable = true,
-                    .assign = [](JobDraft& d, const JobValue& v) { d.job.clip_length = v.integer; },
-                    .show = [](const JobDraft& d) { return std::to_string(d.job.clip_length); }});
+                    .assign =
+                        [](JobDraft& d, const JobValue& v) {
+                            d.job.clip_length = v.text.empty() ? v.integer : kAutomaticClips;
+                        },
+                    .show =
+                        [](const JobDraft& d) {
+                            return d.job.clip_length == kAutomaticClips ? std::string(kLengthWords.front())
+                                                                        : std::to_string(d.job.clip_length);
+                        }});
     keys.push_back(
         {.path = "order",
          .type = kChoice,
@@ -457,6 +464,7 @@ std::string describe_range(const JobKey& key) {
         case JobKeyType::kInteger:
             text = "integer, " + std::to_string(key.low);
             if (key.high != key.low) text += " to " + std::to_string(key.high);
+            if (!key.words.empty()) text += ", or " + joined(key.words);
             break;
         case JobKeyType::kNumber:
             text = "number, " + std::to_string(key.low) + " to " + std::to_string(key.high);

@@ -37,7 +37,7 @@ struct JobValue {
     std::int64_t integer = 0;         ///< kInteger, kBoolean (0 or 1), kFrames (begin)
     double number = 0.0;              ///< kNumber
     std::optional<std::int64_t> end;  ///< kFrames
-    std::string text;                 ///< kText, kPath, kDataset, kChoice
+    std::string text;                 ///< kText, kPath, kDataset, kChoice, a kInteger's word
 };
 
 /// One key of a job file. The one table of these drives reading, suggestions, the spelled-out job and the
@@ -45,10 +45,11 @@ struct JobValue {
 struct JobKey {
     std::string_view path;  ///< dotted, such as "codec.components"
     JobKeyType type;
-    std::string_view sentence;                     ///< what it means, with its unit
-    std::int64_t low = 0;                          ///< kInteger, kNumber: smallest value
-    std::int64_t high = 0;                         ///< kInteger, kNumber: largest value
-    std::span<const std::string_view> words = {};  ///< kChoice: accepted words
+    std::string_view sentence;  ///< what it means, with its unit
+    std::int64_t low = 0;       ///< kInteger, kNumber: smallest value
+    std::int64_t high = 0;      ///< kInteger, kNumber: largest value
+    std::span<const std::string_view> words =
+        {};  ///< kChoice: accepted words; kInteger: words beside numbers
     std::span<const std::string_view> later = {};  ///< words that a later version accepts
     bool required = false;
     bool sweepable = false;

@@ -50,9 +50,13 @@ bool is_ambiguous(std::string_view text) {
     return starts_like_number && has_digit && consists_of(lower, "0123456789abcdefox_.:+- ");
 }
 
+/// words: what the key takes beside integers, to be named in errors.
 Expected<std::int64_t> read_integer(std::string_view label, std::int64_t low, std::int64_t high,
-                                    const YamlNode& node, const std::string& file) {
+                                    const YamlNode& node, const std::string& file,
+                                    std::span<const std::string_view> words = {}) {
     const std::string range = std::to_string(low) + " to " + std::to_string(high);
+    std::string or_word;
+    for (const std::string_view word : words) or_word += ", or the word " + std::string(word) + ",";
     const std::string name(label);
     if (node.kind == YamlNode::Kind::kQuoted) {
         return refuse(node, file, name + " is a text in quotes; write the number without them");
@@ -66,7 +70,7 @@ Expected<std::int64_t> read_integer(std::string_view label, std::int64_t low, st
     if (digits.empty() || !consists_of(digits, "0123456789") || node.text == "-0") {
         return refuse(node, file,
                       name + " is " + quoted_for_message(node.text) + " where an integer from " + range +
-                          " in plain decimal digits is wanted");
+                          " in plain decimal digits" + or_word + " is wanted");
     }
     if (digits.size() > 1 && digits.front() == '0') {
         return refuse(node, file,
@@ -235,9 +239,13 @@ Expected<JobValue> read_value(const JobKey& key, const YamlNode& node, const std
     }
     switch (key.type) {
         case JobKeyType::kInteger:
-            return read_integer(key.path, key.low, key.high, node, file).map([](std::int64_t value) {
-                return JobValue{.integer = value, .number = 0.0, .end = {}, .text = {}};
-            });
+            if (node.kind == YamlNode::Kind::kPlain)
+                for (const std::string_view word : key.words)
+                    if (node.text == word) return text_value(node.text);
+            return read_integer(key.path, key.low, key.high, node, file, key.words)
+                .map([](std::int64_t value) {
+                    return JobValue{.integer = value, .number = 0.0, .end = {}, .text = {}};
+                });
         case JobKeyType::kNumber:
             return read_number(key, node, file);
         case JobKeyType::kBoolean:
