@@ -88,6 +88,15 @@ SectionBytes& SectionBytes::operator+=(const SectionBytes& other) {
     return *this;
 }
 
+Expected<void> check_frames(const ClipInfo& info, std::int64_t begin, const MutablePositionsView& out) {
+    if (begin >= 0 && begin <= info.frame_count && out.frame_count() >= 0 &&
+        out.frame_count() <= info.frame_count - begin && out.vertex_count() == info.vertex_count)
+        return {};
+    return fail(ErrorCode::kOutOfRange, "frames " + std::to_string(begin) + " to " +
+                                            std::to_string(begin + out.frame_count()) + " of " +
+                                            std::to_string(info.frame_count) + " frames were asked for");
+}
+
 Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor) {
@@ -122,6 +131,12 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
                                                    const Executor& executor) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
+    for (const Triangle& t : triangles) {
+        for (const std::int32_t v : t) {
+            if (v < 0 || v >= clip->vertex_count)
+                return fail(ErrorCode::kCorrupt, "the triangles name vertices that the clip does not have");
+        }
+    }
     switch (clip->method) {
         case CodecMethod::kStatic:
             return decode_static(*clip, triangles, size_limit_bytes, executor);

@@ -56,6 +56,10 @@ struct ClipInfo {
 /// Errors: kFormat (no clip bitstream), kUnsupported (version, method), kCorrupt (checksums, sizes).
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream);
 
+/// Whether a clip has frames [begin, begin + out.frame_count()) and out its V; else kOutOfRange. What every
+/// DecodedClip asks before it reconstructs.
+Expected<void> check_frames(const ClipInfo& info, std::int64_t begin, const MutablePositionsView& out);
+
 /// A clip whose bitstream has been entropy-decoded, ready to give any frames.
 class DecodedClip {
  public:

@@ -9,14 +9,9 @@
 namespace batchenc {
 namespace {
 
-std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
-}
-
 // What predict_from_predecessors wants: zeros behind a column, and levels within its bound (they have 20
 // bits).
 constexpr std::size_t kPadding = 4;
-constexpr std::int32_t kLargestLevel = std::int32_t{1} << 21;
 
 enum Predictor : std::int32_t { kPlain = 0, kMeanOfPredecessors = 1 };
 
@@ -127,7 +122,7 @@ bool decode_column(RangeDecoder& shared_decoder, ScaleContexts& contexts, const 
             predict_from_predecessors(traversal, column.data(), v, mean.data());
         for (std::size_t c = 0; c < 3; ++c) {
             std::int32_t value = wrapping_sum(mean[c], decoder.decode(model));
-            if (value > kLargestLevel || value < -kLargestLevel) [[unlikely]] {
+            if (value > kLargestPredictable || value < -kLargestPredictable) [[unlikely]] {
                 good = false;
                 value = 0;
             }

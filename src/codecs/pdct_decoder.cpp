@@ -8,6 +8,7 @@
 #include "codecs/pdct_layout.h"
 #include "kernels/byte_stream.h"
 #include "kernels/signal_order.h"
+#include "kernels/temporal_series.h"
 
 namespace batchenc {
 namespace {
@@ -15,13 +16,6 @@ namespace {
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
 constexpr std::size_t kPadding = RowMemory::kPadding;
-/// Largest level over the mesh, as its prediction wants it.
-constexpr std::int32_t kLargestLevel = std::int32_t{1} << 21;
-
-std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
-}
-
 class PdctClip final : public DecodedClip {
  public:
     const ClipInfo& info() const override { return info_; }
@@ -75,16 +69,12 @@ Expected<void> PdctClip::decode(const ClipBitstream& clip, std::span<const Trian
     if (!info) return tl::unexpected(info.error());
     info_ = *info;
     header_ = *PdctHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
-    for (const Triangle& t : triangles) {
-        for (const std::int32_t v : t) {
-            if (v < 0 || v >= clip.vertex_count) return corrupt("the triangles are of another clip");
-        }
-    }
-    // About what a vertex, a frame of a cluster and a vertex in a frame take; checked before any is
-    // allocated.
-    constexpr std::int64_t kBytesPerVertex = 256, kBytesPerFrame = 96, kBytesPerSample = 12;
+    // About what a vertex, a frame of a cluster, and a vertex in a frame (levels and what contexts remember)
+    // take; checked before any is allocated.
+    constexpr std::int64_t kBytesPerVertex = 640, kBytesPerFrame = 96, kBytesPerSample = 24;
     if (clip.vertex_count > size_limit_bytes / kBytesPerVertex ||
-        clip.frame_count > size_limit_bytes / kBytesPerFrame / header_.cluster_count ||
+        std::max<std::int64_t>(clip.frame_count, header_.block) >
+            size_limit_bytes / kBytesPerFrame / header_.cluster_count ||
         clip.frame_count > size_limit_bytes / kBytesPerSample / clip.vertex_count) {
         return fail(ErrorCode::kLimit,
                     "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
@@ -181,7 +171,7 @@ bool add_prediction(const ClusterTraversal& traversal, std::span<std::int32_t> r
         predict_from_predecessors(traversal, padded.data(), v, predicted.data());
         for (std::size_t c = 0; c < 3; ++c) {
             const std::int32_t level = wrapping_sum(predicted[c], row[3 * v + c]);
-            if (level > kLargestLevel || level < -kLargestLevel) return false;
+            if (level > kLargestPredictable || level < -kLargestPredictable) return false;
             padded[3 * v + c] = level;
         }
     }
@@ -196,7 +186,7 @@ bool PdctClip::decode_stream(RangeDecoder& decoder, const std::vector<std::int32
     std::size_t largest = 0;
     for (const std::int32_t i : clusters) {
         const Cluster& cluster = clusters_[static_cast<std::size_t>(i)];
-        memories.emplace_back(cluster.columns(), header_.block);
+        memories.emplace_back(cluster.columns(), std::clamp<std::int64_t>(rows(), 1, header_.block));
         largest = std::max(largest, cluster.row_size());
     }
     std::vector<std::int32_t> padded_row(largest + kPadding, 0), padded_levels(largest + 4);
@@ -263,9 +253,7 @@ void PdctClip::reconstruct_group(const Cluster& cluster, const LocalFrameTrack& 
 
 Expected<void> PdctClip::reconstruct(std::int64_t begin, MutablePositionsView out,
                                      const Executor& executor) const {
-    if (begin < 0 || begin > info_.frame_count || out.frame_count() > info_.frame_count - begin ||
-        out.vertex_count() != info_.vertex_count)
-        return fail(ErrorCode::kOutOfRange, "the clip does not have these frames");
+    if (auto good = check_frames(info_, begin, out); !good) return good;
     if (out.frame_count() == 0) return {};
     const std::int64_t end = begin + out.frame_count();
     if (begin == 0) std::copy(first_frame_.begin(), first_frame_.end(), out.data());
@@ -279,17 +267,7 @@ Expected<void> PdctClip::reconstruct(std::int64_t begin, MutablePositionsView ou
                 reconstruct_group(clusters_[i], tracks_[i], first_group + task / cluster_count, begin, out);
         });
     }
-    // The vertices of the seed triangles come from the lattice; of several with a common vertex the first
-    // cluster's counts.
-    for (std::size_t i = paths_.size(); i-- > 0;) {
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-            for (std::int64_t f = begin; f < end; ++f) {
-                const auto point = paths_[i].corner(corner, f, header_.lattice);
-                float* p = out.at(f - begin, segmentation_.seed_triangles[i][corner]);
-                for (std::size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(point[c]);
-            }
-        }
-    }
+    write_corners(paths_, segmentation_.seed_triangles, header_.lattice, begin, out);
     return {};
 }
 

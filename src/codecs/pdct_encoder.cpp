@@ -49,7 +49,7 @@ class Quantizer {
         : traversal_(traversal),
           transform_(transform),
           parameters_(parameters),
-          per_step_(step > 0.0f ? 1.0f / step : 0.0f),
+          per_step_(step > 0.0f ? 1.0 / static_cast<double>(step) : 0.0),
           size_(static_cast<std::size_t>(3 * transform.columns())) {}
 
     /// values: rows of transformed (or, over the mesh, local) coordinates, transform.stride() apart.
@@ -58,7 +58,7 @@ class Quantizer {
         coded.over_mesh = over_mesh;
         coded.row_size = size_;
         coded.levels.assign(static_cast<std::size_t>(rows) * (size_ + kPadding), 0);
-        RowMemory memory(transform_.columns(), transform_.block());
+        RowMemory memory(transform_.columns(), std::clamp<std::int64_t>(rows, 1, transform_.block()));
         std::vector<std::int32_t> before(size_, 0);  // first row of the block before, whole
         std::vector<std::int32_t> base(size_, 0);
         std::int64_t length_before = transform_.block();
@@ -69,8 +69,7 @@ class Quantizer {
                 const float* row = values.data() + (first + t) * transform_.stride();
                 for (std::size_t j = 0; j < size_; ++j) {
                     base[j] = t == 0 ? predict_block(before[j], length_before, length) : 0;
-                    targets_[j] = static_cast<float>(
-                        static_cast<double>(row[j]) * static_cast<double>(per_step_) - base[j]);
+                    targets_[j] = static_cast<float>(static_cast<double>(row[j]) * per_step_ - base[j]);
                 }
                 const std::span<std::int32_t> coded_row = coded.row(first + t);
                 if (over_mesh)
@@ -146,6 +145,8 @@ class Quantizer {
             row[j] = cheapest(targets_[j] - static_cast<float>(predicted[j % 3]),
                               memory.expectation(t, j, row.data()), cost);
             deltas_[j] = predicted[j % 3] + row[j];
+            if (deltas_[j] > kLargestPredictable || deltas_[j] < -kLargestPredictable)
+                return std::numeric_limits<float>::infinity();  // no decoder takes it
         }
         return cost;
     }
@@ -153,7 +154,7 @@ class Quantizer {
     const ClusterTraversal& traversal_;
     const ClusterTransform& transform_;
     const CodecParameters& parameters_;
-    float per_step_;
+    double per_step_;
     std::size_t size_;
     std::vector<float> targets_, sizes_;
     std::vector<std::int32_t> deltas_;
@@ -239,7 +240,7 @@ std::vector<std::uint8_t> code_stream(const Clip& clip, const std::vector<std::i
     std::vector<RowMemory> memories;
     for (const std::int32_t i : clusters) {
         const auto columns = static_cast<std::int64_t>(clip.in.members[static_cast<std::size_t>(i)].size());
-        memories.emplace_back(columns, clip.header.block);
+        memories.emplace_back(columns, std::clamp<std::int64_t>(clip.rows(), 1, clip.header.block));
         const auto& intra = coded[static_cast<std::size_t>(i)].intra;
         if (intra.empty()) continue;
         RowMemory nothing(columns, 1);
@@ -259,7 +260,7 @@ std::vector<std::uint8_t> code_stream(const Clip& clip, const std::vector<std::i
     return encoder.finish();
 }
 
-/// Sections of labels, LCFs and levels; fills in the tracks.
+/// The section of levels: which clusters are coded over the mesh, then the streams.
 std::vector<std::uint8_t> coefficients_section(const Clip& clip, const Executor& executor) {
     const std::size_t cluster_count = clip.in.members.size();
     std::vector<std::int64_t> values;
@@ -301,8 +302,13 @@ Expected<EncodedClip> encode_pdct(PositionsView positions, std::span<const Trian
     header.block = parameters.transform == PdctTransform::kTemporal ? parameters.block : 1;
     header.cluster_count = segmentation.cluster_count();
     header.lattice = {box.center(), static_cast<float>(box.largest_side()), parameters.frame_bits};
-    if (!std::isfinite(header.lattice.e_max))
-        return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
+    // Sums of squares over a signal stay in float32's range, and so does the step.
+    constexpr float kLargestSide = 1e30f, kSmallestSide = 1e-30f;
+    const float e_max = header.lattice.e_max;
+    if (!(e_max <= kLargestSide) || (e_max > 0.0f && e_max < kSmallestSide))
+        return fail(ErrorCode::kLimit,
+                    "its coordinates are too large or too small for float32 to carry their transforms; scale "
+                    "the clip");
 
     std::vector<SeedTrianglePath> paths(segmentation.seed_triangles.size());
     clip.tracks.resize(paths.size(), LocalFrameTrack(0));

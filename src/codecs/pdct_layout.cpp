@@ -135,30 +135,6 @@ void ClusterTransform::inverse_time(float* rows, std::int64_t count, float* work
     time(rows, count, workspace, true);
 }
 
-void to_local(const float* positions, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
-              std::int64_t frame, float* local) {
-    float t[12];
-    for (int k = 0; k < 12; ++k) t[k] = track.row(k)[frame];
-    for (const std::int32_t v : vertices) {
-        const float* p = positions + 3 * static_cast<std::ptrdiff_t>(v);
-        const float x = p[0] - t[9], y = p[1] - t[10], z = p[2] - t[11];
-        for (int axis = 0; axis < 3; ++axis)
-            *local++ = t[3 * axis] * x + t[3 * axis + 1] * y + t[3 * axis + 2] * z;
-    }
-}
-
-void to_world(const float* local, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
-              std::int64_t frame, float* positions) {
-    float t[12];
-    for (int k = 0; k < 12; ++k) t[k] = track.row(k)[frame];
-    for (const std::int32_t v : vertices) {
-        float* p = positions + 3 * static_cast<std::ptrdiff_t>(v);
-        for (int axis = 0; axis < 3; ++axis)
-            p[axis] = t[axis] * local[0] + t[3 + axis] * local[1] + t[6 + axis] * local[2] + t[9 + axis];
-        local += 3;
-    }
-}
-
 Expected<EncodedClip> encode_intra(PositionsView frame, std::span<const Triangle> triangles,
                                    const CodecParameters& parameters, const Executor& executor) {
     CodecParameters intra = parameters;

@@ -73,13 +73,6 @@ class ClusterTransform {
     Dct along_time_;  // of whole blocks
 };
 
-/// Local coordinates of one frame: q = T (p - o) with the LCF of `frame` in the track, three values a vertex.
-void to_local(const float* positions, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
-              std::int64_t frame, float* local);
-/// And back, scattered to the vertices' places: p = Tᵀ q + o.
-void to_world(const float* local, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
-              std::int64_t frame, float* positions);
-
 /// A clip's first frame as a static clip of its own; `auto` is the weighted predictor there, as trying all of
 /// them would take longer than the frames after it.
 Expected<EncodedClip> encode_intra(PositionsView frame, std::span<const Triangle> triangles,

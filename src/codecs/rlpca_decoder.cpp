@@ -82,13 +82,6 @@ Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Tria
     auto header = RlpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
     if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
     header_ = *header;
-    for (const Triangle& t : triangles) {
-        for (const std::int32_t v : t) {
-            if (v < 0 || v >= clip.vertex_count)
-                return fail(ErrorCode::kCorrupt,
-                            "the connectivity names vertices that the clip does not have");
-        }
-    }
     // About what a vertex, and a frame of a cluster, take in the tables below; checked before any of them is
     // made.
     constexpr std::int64_t kBytesPerVertex = 64, kBytesPerFrame = 96;
@@ -255,29 +248,15 @@ void RlpcaClip::reconstruct_block(std::int64_t begin, std::int64_t count, float*
         geometry.stride = stride();
         reconstruct_cluster(geometry, begin, count, out, frame_stride);
     }
-    // The vertices of the seed triangles come from the lattice, the last cluster's first, so that of several
-    // with a common vertex the first cluster's counts, as FORMAT.md says. An encoder's triangles agree about
-    // it.
-    for (std::size_t i = paths_.size(); i-- > 0;) {
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-            for (std::int64_t f = 0; f < count; ++f) {
-                const auto point = paths_[i].corner(corner, begin + f, header_.lattice);
-                float* p = out + f * frame_stride + 3 * segmentation_.seed_triangles[i][corner];
-                for (std::size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(point[c]);
-            }
-        }
-    }
+    if (local())
+        write_corners(paths_, segmentation_.seed_triangles, header_.lattice, begin,
+                      {out, count, info_.vertex_count});
 }
 
 Expected<void> RlpcaClip::reconstruct(std::int64_t begin, MutablePositionsView out,
                                       const Executor& executor) const {
     const std::int64_t end = begin + out.frame_count();
-    if (begin < 0 || begin > info_.frame_count || out.frame_count() > info_.frame_count - begin ||
-        out.vertex_count() != info_.vertex_count) {
-        return fail(ErrorCode::kOutOfRange, "frames " + std::to_string(begin) + " to " + std::to_string(end) +
-                                                " of " + std::to_string(info_.frame_count) +
-                                                " frames were asked for");
-    }
+    if (auto good = check_frames(info_, begin, out); !good) return good;
     // Blocks begin at multiples of kFrameLanes; a range that does not is served through its first whole
     // block.
     const std::int64_t first_block = begin / kFrameLanes;

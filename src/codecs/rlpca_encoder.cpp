@@ -27,17 +27,8 @@ struct CodedCluster {
 ColMajorMatrixXf local_coordinates(PositionsView positions, const ClusterTraversal& cluster,
                                    const LocalFrameTrack& track) {
     ColMajorMatrixXf matrix(3 * cluster.size(), positions.frame_count());
-    for (std::int64_t f = 0; f < positions.frame_count(); ++f) {
-        float t[12];
-        for (int k = 0; k < 12; ++k) t[k] = track.row(k)[f];
-        float* q = matrix.col(f).data();
-        for (const std::int32_t v : cluster.vertices) {
-            const float* p = positions.at(f, v);
-            const float x = p[0] - t[9], y = p[1] - t[10], z = p[2] - t[11];
-            for (int axis = 0; axis < 3; ++axis)
-                *q++ = t[3 * axis] * x + t[3 * axis + 1] * y + t[3 * axis + 2] * z;
-        }
-    }
+    for (std::int64_t f = 0; f < positions.frame_count(); ++f)
+        to_local(positions.at(f, 0), cluster.vertices, track, f, matrix.col(f).data());
     return matrix;
 }
 

@@ -71,6 +71,19 @@ LocalFrameTrack SeedTrianglePath::track(const FrameLattice& lattice) const {
     return track;
 }
 
+void write_corners(const std::vector<SeedTrianglePath>& paths, std::span<const Triangle> seed_triangles,
+                   const FrameLattice& lattice, std::int64_t begin, MutablePositionsView out) {
+    for (std::size_t i = paths.size(); i-- > 0;) {
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+            for (std::int64_t f = 0; f < out.frame_count(); ++f) {
+                const auto point = paths[i].corner(corner, begin + f, lattice);
+                float* p = out.at(f, seed_triangles[i][corner]);
+                for (std::size_t c = 0; c < 3; ++c) p[c] = static_cast<float>(point[c]);
+            }
+        }
+    }
+}
+
 std::vector<std::uint8_t> write_paths(const std::vector<SeedTrianglePath>& paths, std::int64_t frame_count,
                                       const Executor& executor) {
     ByteWriter out;

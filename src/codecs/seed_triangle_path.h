@@ -38,6 +38,11 @@ struct SeedTrianglePath {
     LocalFrameTrack track(const FrameLattice& lattice) const;
 };
 
+/// The corners of all seed triangles in frames [begin, begin + out.frame_count()), to the vertices' places;
+/// of several with a common vertex the first triangle's counts.
+void write_corners(const std::vector<SeedTrianglePath>& paths, std::span<const Triangle> seed_triangles,
+                   const FrameLattice& lattice, std::int64_t begin, MutablePositionsView out);
+
 /// The section of LCFs: the paths of all clusters, along time.
 std::vector<std::uint8_t> write_paths(const std::vector<SeedTrianglePath>& paths, std::int64_t frame_count,
                                       const Executor& executor);

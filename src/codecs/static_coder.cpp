@@ -361,9 +361,7 @@ class StaticClip final : public DecodedClip {
 
     Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
                                const Executor& executor) const override {
-        if (out.vertex_count() != info_.vertex_count || begin < 0 || out.frame_count() < 0 ||
-            begin > info_.frame_count || out.frame_count() > info_.frame_count - begin)
-            return fail(ErrorCode::kOutOfRange, "the clip does not have these frames");
+        if (auto good = check_frames(info_, begin, out); !good) return good;
         std::vector<std::optional<Error>> errors(static_cast<std::size_t>(out.frame_count()));
         executor.for_each(out.frame_count(), [&](std::int64_t f) {
             const MutablePositionsView frame(out.at(f, 0), 1, out.vertex_count());
@@ -440,11 +438,6 @@ Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
     if (clip.vertex_count > size_limit_bytes / 256)
         return fail(ErrorCode::kLimit, "its " + std::to_string(clip.vertex_count) +
                                            " vertices need more memory than is allowed");
-    for (const Triangle& t : triangles) {
-        for (const std::int32_t v : t) {
-            if (v < 0 || v >= clip.vertex_count) return corrupt("the triangles are of another clip");
-        }
-    }
     auto decoded =
         std::make_unique<StaticClip>(*info, *header, MeshTraversal::of(triangles, clip.vertex_count));
     if (auto taken = decoded->take_streams(payload, triangles); !taken) return tl::unexpected(taken.error());

@@ -43,12 +43,15 @@ ClusterTraversal traverse_cluster(const MeshAdjacency& adjacency, std::span<cons
                                   std::span<const std::int32_t> owner, std::int32_t cluster,
                                   std::span<std::int32_t> position);
 
+/// Magnitude of what predict_from_predecessors takes, at most.
+inline constexpr std::int32_t kLargestPredictable = std::int32_t{1} << 21;
+
 /// Prediction of a vertex' three integers from those of its predecessors: their mean, rounded to nearest by
 /// float32 products and sums that have the same result on every machine; zeros without predecessors.
 ///
-/// column: three values a vertex in the traversal's order, at most 2^21 in magnitude, followed by four zeros:
-/// missing predecessors point there. position: of the vertex in the order. predicted: four integers, of which
-/// the last means nothing.
+/// column: three values a vertex in the traversal's order, at most kLargestPredictable in magnitude, followed
+/// by four zeros: missing predecessors point there. position: of the vertex in the order. predicted: four
+/// integers, of which the last means nothing.
 inline void predict_from_predecessors(const ClusterTraversal& traversal, const std::int32_t* column,
                                       std::size_t position, std::int32_t* predicted) {
     static_assert(ClusterTraversal::kMaxPredecessors == 4);

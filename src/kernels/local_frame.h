@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh_sequence.h"
@@ -34,6 +35,13 @@ struct LocalFrameTrack {
     void set(std::int64_t frame, const LocalFrame& lcf);
     const float* row(int k) const { return values.data() + k * stride; }
 };
+
+/// Local coordinates of one frame: q = T (p - o) with the LCF of `frame` in the track, three values a vertex.
+void to_local(const float* positions, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
+              std::int64_t frame, float* local);
+/// And back, scattered to the vertices' places: p = Tᵀ q + o.
+void to_world(const float* local, std::span<const std::int32_t> vertices, const LocalFrameTrack& track,
+              std::int64_t frame, float* positions);
 
 /// The LCFs of a triangle of vertices in every frame; where it has no area, the rotation of the frame before.
 LocalFrameTrack triangle_track(PositionsView positions, const Triangle& triangle);

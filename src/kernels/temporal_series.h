@@ -10,6 +10,11 @@ namespace batchenc {
 /// bit.
 inline constexpr int kMaxTemporalOrder = 3;
 
+/// a + b, wrapping around, which only a corrupt stream makes it do.
+inline std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
+}
+
 /// Predicted value at position t; past the start of the series the order is min(order, t). Wraps around on
 /// overflow, which only a corrupt stream reaches.
 inline std::int32_t predict_temporal(const std::int32_t* series, std::int64_t t, int order) {

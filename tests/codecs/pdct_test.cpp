@@ -1,0 +1,303 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "codecs/clip_bitstream.h"
+#include "codecs/clip_codec.h"
+#include "kernels/bounding_box.h"
+#include "kernels/synthetic_clip.h"
+#include "tests/support/sample_clips.h"
+#include "tests/support/thread_executor.h"
+
+namespace batchenc {
+namespace {
+
+constexpr std::int64_t kLimit = std::int64_t{1} << 30;
+const SerialExecutor kSerial;
+
+struct Setting {
+    std::int32_t clusters, bits;
+    PdctTransform transform;
+    std::int32_t block;
+    CoefficientAllocation allocation;
+    double keep;
+};
+
+using enum PdctTransform;
+using enum CoefficientAllocation;
+
+const Setting kSettings[] = {
+    {1, 12, kSpatial, 16, kFixed, 1.0}, {4, 10, kSpatial, 16, kRd, 1.0},
+    {3, 6, kSpatial, 16, kFixed, 0.1},  {200, 4, kTemporal, 2, kRd, 1.0},
+    {3, 20, kTemporal, 16, kRd, 1.0},   {2, 20, kTemporal, 7, kFixed, 1.0},
+    {5, 14, kTemporal, 256, kRd, 1.0},  {4, 9, kTemporal, 5, kFixed, 0.02},
+    {1, 8, kSpatial, 16, kFixed, 0.0},
+};
+
+EncodedClip encode(const MeshSequence& clip, const Setting& setting, const Executor& executor = kSerial) {
+    SegmentationParameters segmentation_parameters;
+    segmentation_parameters.clusters = setting.clusters;
+    const auto segmentation = segment_clip(clip.view(), clip.triangles, segmentation_parameters, executor);
+    EXPECT_TRUE(segmentation);
+    CodecParameters parameters;
+    parameters.method = CodecMethod::kPdct;
+    parameters.bits = setting.bits;
+    parameters.transform = setting.transform;
+    parameters.block = setting.block;
+    parameters.allocation = setting.allocation;
+    parameters.keep = setting.keep;
+    auto encoded = encode_clip(clip.view(), clip.triangles, *segmentation, parameters, executor);
+    EXPECT_TRUE(encoded) << encoded.error().to_string();
+    return encoded ? *encoded : EncodedClip{};
+}
+
+MeshSequence decode(const MeshSequence& like, std::span<const std::uint8_t> bitstream,
+                    const Executor& executor = kSerial) {
+    MeshSequence decoded = like;
+    std::fill(decoded.positions.begin(), decoded.positions.end(), std::numeric_limits<float>::quiet_NaN());
+    const auto clip = decode_clip(bitstream, like.triangles, -1, kLimit, executor);
+    EXPECT_TRUE(clip) << clip.error().to_string();
+    if (clip) {
+        EXPECT_TRUE((*clip)->reconstruct(0, decoded.view(), executor));
+    }
+    return decoded;
+}
+
+/// Root of the mean squared distance of the vertices.
+double rmse(PositionsView a, PositionsView b) {
+    double sum = 0.0;
+    for (std::int64_t k = 0; k < a.value_count(); ++k) {
+        const double d = static_cast<double>(a.data()[k]) - static_cast<double>(b.data()[k]);
+        sum += d * d;
+    }
+    return std::sqrt(sum / static_cast<double>(a.frame_count() * a.vertex_count()));
+}
+
+MeshSequence walker() {
+    const auto synthetic = make_synthetic_clip("walker", 1000, 1).value();
+    MeshSequence clip;
+    clip.vertex_count = synthetic->vertex_count();
+    clip.frame_count = 40;
+    clip.triangles = synthetic->triangles();
+    clip.positions.resize(static_cast<std::size_t>(3 * clip.frame_count * clip.vertex_count));
+    for (std::int64_t f = 0; f < clip.frame_count; ++f)
+        synthetic->write_frame(f, {clip.view().at(f, 0), static_cast<std::size_t>(3 * clip.vertex_count)});
+    return clip;
+}
+
+TEST(Pdct, RoundTripsEveryKindOfClip) {
+    for (const auto& [name, clip] : test::every_kind_of_clip()) {
+        const BoundingBox box = bounding_box(clip.view());
+        const double side = box.largest_side();
+        double offset = 0.0;  // what float32 rounds to grows with it
+        for (const float value : box.center()) offset += std::abs(static_cast<double>(value));
+        for (const Setting& setting : kSettings) {
+            const EncodedClip encoded = encode(clip, setting);
+            EXPECT_EQ(encoded.section_bytes.total(), static_cast<std::int64_t>(encoded.bitstream.size()))
+                << name;
+            const MeshSequence decoded = decode(clip, encoded.bitstream);
+            for (const float value : decoded.positions) ASSERT_TRUE(std::isfinite(value)) << name;
+            // The transform is orthonormal: where every coefficient is within half a step, so is the root
+            // mean square of every coordinate. The first frame has its own bound. Choices by cost may give up
+            // as much as a whole step.
+            const bool whole = setting.keep == 1.0;
+            const double steps = setting.allocation == kRd ? 1.0 : 0.5;
+            const double bound =
+                std::sqrt(3.0) * steps * side * std::exp2(-setting.bits) + side * std::exp2(-12);
+            EXPECT_LE(rmse(clip.view(), decoded.view()), whole ? bound + 4e-7 * (offset + side) : side)
+                << name << ", bits " << setting.bits << ", block " << setting.block;
+        }
+    }
+}
+
+TEST(Pdct, MoreCoefficientsCostMoreAndHelp) {
+    const MeshSequence clip = walker();
+    double last = 1e9;
+    std::size_t size = 0;
+    for (const double keep : {0.02, 0.1, 0.5, 1.0}) {
+        const EncodedClip encoded = encode(clip, {4, 12, kSpatial, 16, kFixed, keep});
+        const double error = rmse(clip.view(), decode(clip, encoded.bitstream).view());
+        EXPECT_LT(error, last) << keep;
+        EXPECT_GT(encoded.bitstream.size(), size) << keep;
+        last = error;
+        size = encoded.bitstream.size();
+    }
+}
+
+TEST(Pdct, ChoiceByCostIsSmallerAtTheSameStep) {
+    const MeshSequence clip = walker();
+    for (const PdctTransform transform : {kSpatial, kTemporal}) {
+        const EncodedClip fixed = encode(clip, {4, 10, transform, 16, kFixed, 1.0});
+        const EncodedClip rd = encode(clip, {4, 10, transform, 16, kRd, 1.0});
+        EXPECT_LT(rd.section_bytes.coefficients, fixed.section_bytes.coefficients * 95 / 100);
+        EXPECT_LT(rmse(clip.view(), decode(clip, rd.bitstream).view()),
+                  1.4 * rmse(clip.view(), decode(clip, fixed.bitstream).view()));
+    }
+}
+
+TEST(Pdct, SameBytesForAnyExecutor) {
+    const MeshSequence clip = test::sheet(30, 20, 25);
+    for (const Setting& setting : {Setting{9, 10, kSpatial, 16, kRd, 1.0}, {9, 10, kTemporal, 8, kRd, 1.0}}) {
+        const EncodedClip expected = encode(clip, setting);
+        const MeshSequence decoded = decode(clip, expected.bitstream);
+        for (std::uint64_t seed = 0; seed < 5; ++seed) {
+            const ShuffledExecutor shuffled(seed);
+            ASSERT_EQ(encode(clip, setting, shuffled).bitstream, expected.bitstream) << "seed " << seed;
+            ASSERT_EQ(decode(clip, expected.bitstream, shuffled).positions, decoded.positions) << seed;
+        }
+        const test::ThreadExecutor threads(3);
+        EXPECT_EQ(encode(clip, setting, threads).bitstream, expected.bitstream);
+        EXPECT_EQ(decode(clip, expected.bitstream, threads).positions, decoded.positions);
+    }
+}
+
+TEST(Pdct, DecodesAnyRangeOfFrames) {
+    MeshSequence clip = test::sheet(9, 8, 37);
+    for (const bool points : {false, true}) {
+        if (points) clip.triangles.clear();
+        for (const Setting& setting : {Setting{3, 10, kSpatial, 16, kFixed, 1.0},
+                                       {3, 10, kTemporal, 5, kRd, 1.0},
+                                       {3, 10, kTemporal, 20, kFixed, 1.0}}) {
+            const EncodedClip encoded = encode(clip, setting);
+            const MeshSequence whole = decode(clip, encoded.bitstream);
+            const auto decoded = decode_clip(encoded.bitstream, clip.triangles, -1, kLimit, kSerial);
+            ASSERT_TRUE(decoded);
+            for (const auto& [begin, end] :
+                 {std::pair<std::int64_t, std::int64_t>{0, 1}, {1, 2}, {5, 21}, {16, 18}, {30, 37}, {7, 7}}) {
+                std::vector<float> part(static_cast<std::size_t>((end - begin) * clip.vertex_count * 3));
+                ASSERT_TRUE(
+                    (*decoded)->reconstruct(begin, {part.data(), end - begin, clip.vertex_count}, kSerial));
+                const auto first = whole.positions.begin() + begin * clip.vertex_count * 3;
+                EXPECT_TRUE(std::equal(part.begin(), part.end(), first)) << begin << " to " << end;
+            }
+            std::vector<float> part(static_cast<std::size_t>(3 * clip.vertex_count * 2));
+            const auto outside = (*decoded)->reconstruct(36, {part.data(), 2, clip.vertex_count}, kSerial);
+            ASSERT_FALSE(outside);
+            EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange);
+        }
+    }
+}
+
+TEST(Pdct, RefusesWhatFloat32CannotCarry) {
+    for (const double size : {1e-44, 1e-36, 1e-12, 1e12, 1e18, 1e34, 1.6e38}) {
+        const MeshSequence clip = test::sheet(8, 8, 12, [size](const std::array<double, 3>& p, double time) {
+            const auto q = test::bend(p, time);
+            return std::array<double, 3>{0.2 * size * q[0], 0.2 * size * q[1], 0.2 * size * q[2]};
+        });
+        const auto segmentation = segment_clip(clip.view(), clip.triangles, {}, kSerial);
+        ASSERT_TRUE(segmentation);
+        CodecParameters parameters;
+        parameters.method = CodecMethod::kPdct;
+        const auto encoded = encode_clip(clip.view(), clip.triangles, *segmentation, parameters, kSerial);
+        if (!encoded) {
+            EXPECT_EQ(encoded.error().code, ErrorCode::kLimit) << size;
+            EXPECT_TRUE(size < 1e-20 || size > 1e20) << size;
+            continue;
+        }
+        EXPECT_LE(rmse(clip.view(), decode(clip, encoded->bitstream).view()),
+                  0.001 * bounding_box(clip.view()).largest_side())
+            << size;
+    }
+}
+
+TEST(Pdct, RejectsParametersOutsideTheirRange) {
+    CodecParameters good;
+    good.method = CodecMethod::kPdct;
+    ASSERT_TRUE(check_parameters(good));
+    const auto refused = [&](auto change) {
+        CodecParameters parameters = good;
+        change(parameters);
+        const auto checked = check_parameters(parameters);
+        return !checked && checked.error().code == ErrorCode::kInvalidArgument;
+    };
+    EXPECT_TRUE(refused([](CodecParameters& p) { p.bits = 21; }));
+    EXPECT_TRUE(refused([](CodecParameters& p) { p.keep = -0.1; }));
+    EXPECT_TRUE(refused([](CodecParameters& p) { p.keep = std::nan(""); }));
+    EXPECT_TRUE(refused([](CodecParameters& p) { p.block = 1; }));
+    EXPECT_TRUE(refused([](CodecParameters& p) { p.intra_bits = 21; }));
+}
+
+// ---- hostile bytes ----
+
+bool decodes(std::span<const std::uint8_t> bytes, const MeshSequence& like) {
+    return decode_clip(bytes, like.triangles, -1, kLimit, kSerial).has_value();
+}
+
+TEST(Pdct, RejectsEveryTruncationAndFlippedBitAndExtraByte) {
+    const MeshSequence clip = test::sheet(5, 4, 6);
+    auto bytes = encode(clip, {3, 8, kTemporal, 3, kRd, 1.0}).bitstream;
+    ASSERT_TRUE(decodes(bytes, clip));
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+        const std::vector<std::uint8_t> shorter(bytes.begin(),
+                                                bytes.begin() + static_cast<std::ptrdiff_t>(size));
+        EXPECT_FALSE(decodes(shorter, clip)) << size;
+    }
+    for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+        bytes[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
+        EXPECT_FALSE(decodes(bytes, clip)) << "bit " << bit;
+        bytes[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
+    }
+    bytes.push_back(0);
+    EXPECT_FALSE(decodes(bytes, clip));
+}
+
+std::vector<SectionPayload> sections_of(std::span<const std::uint8_t> bytes) {
+    const auto clip = *parse_clip_bitstream(bytes);
+    std::vector<SectionPayload> sections;
+    for (std::size_t i = 0; i < kSectionCount; ++i)
+        sections.emplace_back(static_cast<SectionId>(i + 1),
+                              std::vector<std::uint8_t>(clip.payloads[i].begin(), clip.payloads[i].end()));
+    return sections;
+}
+
+// Behind valid checksums every byte is still hostile: nothing may be read or written outside.
+TEST(Pdct, SurvivesChangesBehindValidChecksums) {
+    MeshSequence clip = test::sheet(6, 5, 9);
+    for (const bool points : {false, true}) {
+        if (points) clip.triangles.clear();
+        const auto bytes = encode(clip, {3, 10, kTemporal, 4, kRd, 1.0}).bitstream;
+        const auto sections = sections_of(bytes);
+        int refused = 0;
+        for (std::size_t s = 0; s < sections.size(); ++s) {
+            for (std::size_t at = 0; at < sections[s].second.size(); ++at) {
+                for (const std::uint8_t change :
+                     {std::uint8_t{0x01}, std::uint8_t{0x80}, std::uint8_t{0xff}}) {
+                    auto changed = sections;
+                    changed[s].second[at] ^= change;
+                    const auto whole = write_clip_bitstream(CodecMethod::kPdct, clip.vertex_count,
+                                                            clip.frame_count, changed);
+                    const auto decoded = decode_clip(whole, clip.triangles, -1, kLimit, kSerial);
+                    if (!decoded) {
+                        ++refused;
+                        continue;
+                    }
+                    std::vector<float> out(clip.positions.size());
+                    EXPECT_TRUE((*decoded)->reconstruct(0, {out.data(), clip.frame_count, clip.vertex_count},
+                                                        kSerial));
+                }
+            }
+        }
+        EXPECT_GT(refused, 0);
+    }
+}
+
+TEST(Pdct, RefusesCountsAndMemoryBeforeAllocating) {
+    const MeshSequence clip = test::sheet(6, 5, 9);
+    const auto bytes = encode(clip, {3, 8, kSpatial, 16, kFixed, 1.0}).bitstream;
+    const auto sections = sections_of(bytes);
+    for (const auto& [vertices, frames] :
+         {std::pair<std::int64_t, std::int64_t>{2000000000, 9}, {30, 2000000000}, {20000000, 9}}) {
+        const auto huge = write_clip_bitstream(CodecMethod::kPdct, vertices, frames, sections);
+        EXPECT_FALSE(decode_clip(huge, clip.triangles, -1, kLimit, kSerial)) << vertices << " x " << frames;
+    }
+    for (const std::int64_t limit : {0, 1000, 10000}) {
+        const auto refused = decode_clip(bytes, clip.triangles, -1, limit, kSerial);
+        ASSERT_FALSE(refused) << limit;
+        EXPECT_EQ(refused.error().code, ErrorCode::kLimit) << limit;
+    }
+    EXPECT_FALSE(decode_clip(bytes, std::vector<Triangle>{{0, 1, 500}}, -1, kLimit, kSerial));
+}
+
+}  // namespace
+}  // namespace batchenc
