@@ -15,7 +15,6 @@ namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
-constexpr std::size_t kPadding = RowMemory::kPadding;
 class PdctClip final : public DecodedClip {
  public:
     const ClipInfo& info() const override { return info_; }
@@ -189,14 +188,11 @@ bool PdctClip::decode_stream(RangeDecoder& decoder, const std::vector<std::int32
         memories.emplace_back(cluster.columns(), std::clamp<std::int64_t>(rows(), 1, header_.block));
         largest = std::max(largest, cluster.row_size());
     }
-    std::vector<std::int32_t> padded_row(largest + kPadding, 0), padded_levels(largest + 4);
-    const auto row_of = [&](const Cluster& cluster) {
-        return std::span(padded_row).subspan(kPadding, cluster.row_size());
-    };
+    std::vector<std::int32_t> padded(largest + 4);
     for (const std::int32_t i : clusters) {
         Cluster& cluster = clusters_[static_cast<std::size_t>(i)];
-        if (is_points && cluster.transform && !decode_points(decoder, contexts, cluster, row_of(cluster)))
-            return false;
+        const std::span<std::int32_t> row = std::span(padded).first(cluster.row_size());
+        if (is_points && cluster.transform && !decode_points(decoder, contexts, cluster, row)) return false;
     }
     std::int64_t length_before = header_.block;
     for (std::int64_t first = 0; first < rows(); first += header_.block) {
@@ -205,16 +201,14 @@ bool PdctClip::decode_stream(RangeDecoder& decoder, const std::vector<std::int32
             Cluster& cluster = clusters_[static_cast<std::size_t>(clusters[k])];
             if (!cluster.transform) continue;
             const std::size_t size = cluster.row_size();
-            const std::span<std::int32_t> row = row_of(cluster);
             for (std::int64_t t = 0; t < length; ++t) {
-                std::int32_t* levels = cluster.levels.data() + static_cast<std::size_t>(first + t) * size;
-                if (!decode_row(decoder, contexts, memories[k], static_cast<std::size_t>(t), row))
+                const auto levels =
+                    std::span(cluster.levels).subspan(static_cast<std::size_t>(first + t) * size, size);
+                if (!decode_row(decoder, contexts, memories[k], static_cast<std::size_t>(t), levels))
                     return false;
-                std::copy(row.begin(), row.end(), levels);
-                if (cluster.over_mesh && !add_prediction(cluster.traversal, {levels, size}, padded_levels))
-                    return false;
+                if (cluster.over_mesh && !add_prediction(cluster.traversal, levels, padded)) return false;
                 if (t > 0 || first == 0) continue;
-                const std::int32_t* before = levels - static_cast<std::size_t>(length_before) * size;
+                const std::int32_t* before = levels.data() - static_cast<std::size_t>(length_before) * size;
                 for (std::size_t j = 0; j < size; ++j)
                     levels[j] = wrapping_sum(levels[j], predict_block(before[j], length_before, length));
             }

@@ -20,9 +20,7 @@ namespace {
 /// trades 2 ln 2 / 12 of it for a bit.
 constexpr float kErrorPerBit = 0.1155f;
 
-constexpr std::size_t kPadding = RowMemory::kPadding;
-
-/// Levels of one cluster as they are coded: rows of 3n, each behind the zeros that its contexts want.
+/// Levels of one cluster as they are coded: rows of 3n.
 struct CodedCluster {
     bool over_mesh = false;  // rows hold residuals of prediction over the mesh, not transforms along it
     std::vector<std::int32_t> intra;
@@ -31,14 +29,14 @@ struct CodedCluster {
     float cost = 0.0f;         // squared error in steps and what the bits are worth
 
     std::span<std::int32_t> row(std::int64_t r) {
-        return std::span(levels).subspan(static_cast<std::size_t>(r) * (row_size + kPadding) + kPadding,
-                                         row_size);
+        return std::span(levels).subspan(static_cast<std::size_t>(r) * row_size, row_size);
     }
 };
 
 std::int32_t round_to_level(float value) {
     constexpr float kLimit = 536870912.0f;  // 2^29
-    return static_cast<std::int32_t>(std::floor(std::clamp(value, -kLimit, kLimit) + 0.5f));
+    const float bounded = std::clamp(value, -kLimit, kLimit);
+    return static_cast<std::int32_t>(bounded + (bounded < 0.0f ? -0.5f : 0.5f));
 }
 
 /// Chooses the levels of one cluster.
@@ -57,7 +55,7 @@ class Quantizer {
         CodedCluster coded;
         coded.over_mesh = over_mesh;
         coded.row_size = size_;
-        coded.levels.assign(static_cast<std::size_t>(rows) * (size_ + kPadding), 0);
+        coded.levels.resize(static_cast<std::size_t>(rows) * size_);
         RowMemory memory(transform_.columns(), std::clamp<std::int64_t>(rows, 1, transform_.block()));
         std::vector<std::int32_t> before(size_, 0);  // first row of the block before, whole
         std::vector<std::int32_t> base(size_, 0);
@@ -65,12 +63,12 @@ class Quantizer {
         targets_.resize(size_);
         for (std::int64_t first = 0; first < rows; first += transform_.block()) {
             const std::int64_t length = std::min(transform_.block(), rows - first);
+            for (std::size_t j = 0; j < size_; ++j) base[j] = predict_block(before[j], length_before, length);
             for (std::int64_t t = 0; t < length; ++t) {
                 const float* row = values.data() + (first + t) * transform_.stride();
-                for (std::size_t j = 0; j < size_; ++j) {
-                    base[j] = t == 0 ? predict_block(before[j], length_before, length) : 0;
-                    targets_[j] = static_cast<float>(static_cast<double>(row[j]) * per_step_ - base[j]);
-                }
+                for (std::size_t j = 0; j < size_; ++j)
+                    targets_[j] =
+                        static_cast<float>(static_cast<double>(row[j]) * per_step_ - (t == 0 ? base[j] : 0));
                 const std::span<std::int32_t> coded_row = coded.row(first + t);
                 if (over_mesh)
                     coded.cost += choose_over_mesh(memory, static_cast<std::size_t>(t), coded_row);
@@ -78,7 +76,6 @@ class Quantizer {
                     coded.cost += choose_by_cost(memory, static_cast<std::size_t>(t), coded_row);
                 else
                     choose_largest(coded_row);
-                memory.remember(static_cast<std::size_t>(t), coded_row.data(), 0);
                 if (t > 0) continue;
                 const std::int32_t* chosen = over_mesh ? deltas_.data() : coded_row.data();
                 for (std::size_t j = 0; j < size_; ++j) before[j] = base[j] + chosen[j];
@@ -92,68 +89,86 @@ class Quantizer {
     /// The share `keep` of a row that is largest.
     void choose_largest(std::span<std::int32_t> row) {
         const auto kept = static_cast<std::size_t>(std::ceil(parameters_.keep * static_cast<double>(size_)));
-        float least = 0.0f;
-        if (kept < size_) {
-            sizes_.resize(size_);
-            for (std::size_t j = 0; j < size_; ++j) sizes_[j] = std::abs(targets_[j]);
-            if (kept == 0) return;
-            const auto last = sizes_.begin() + static_cast<std::ptrdiff_t>(kept - 1);
-            std::nth_element(sizes_.begin(), last, sizes_.end(), std::greater<>());
-            least = *last;
-        }
-        std::size_t left = kept;
+        std::size_t left = size_;
         for (std::size_t j = 0; j < size_; ++j) {
-            if (std::abs(targets_[j]) < least || left == 0) continue;
             row[j] = round_to_level(targets_[j]);
-            --left;
+            left -= row[j] == 0 ? 1 : 0;
+        }
+        if (left <= kept) return;
+        if (kept == 0) {
+            std::fill(row.begin(), row.end(), 0);
+            return;
+        }
+        sizes_.resize(size_);
+        for (std::size_t j = 0; j < size_; ++j) sizes_[j] = std::abs(targets_[j]);
+        const auto last = sizes_.begin() + static_cast<std::ptrdiff_t>(kept - 1);
+        std::nth_element(sizes_.begin(), last, sizes_.end(), std::greater<>());
+        const float least = *last;
+        left = kept;
+        for (std::size_t j = 0; j < size_; ++j) {
+            if (std::abs(targets_[j]) < least || left == 0)
+                row[j] = 0;
+            else
+                --left;
         }
     }
 
     /// The level among the nearest one, its neighbour towards zero and zero itself that costs least.
-    std::int32_t cheapest(float target, std::int32_t expectation, float& cost) const {
-        const std::int32_t nearest = round_to_level(target);
+    std::int32_t cheapest(float target, std::uint32_t c, float& cost) const {
+        const float size = std::abs(target);
+        const std::int32_t nearest = round_to_level(size);
         std::int32_t best = nearest;
-        float least = (target - static_cast<float>(nearest)) * (target - static_cast<float>(nearest)) +
-                      kErrorPerBit * level_cost(expectation, nearest);
+        float least = cost_of(size, nearest, c);
         const auto try_level = [&](std::int32_t level) {
-            const float miss = target - static_cast<float>(level);
-            const float its_cost = miss * miss + kErrorPerBit * level_cost(expectation, level);
+            const float its_cost = cost_of(size, level, c);
             if (its_cost < least) {
                 least = its_cost;
                 best = level;
             }
         };
-        if (nearest != 0) try_level(nearest > 0 ? nearest - 1 : nearest + 1);
-        if (nearest > 1 || nearest < -1) try_level(0);
+        if (nearest > 0) try_level(nearest - 1);
+        if (nearest > 1) try_level(0);
         cost += least;
-        return best;
+        return target < 0.0f ? -best : best;
+    }
+    float cost_of(float size, std::int32_t level, std::uint32_t c) const {
+        const float miss = size - static_cast<float>(level);
+        return miss * miss + kErrorPerBit * costs_(c, level);
     }
 
-    float choose_by_cost(const RowMemory& memory, std::size_t t, std::span<std::int32_t> row) const {
+    float choose_by_cost(RowMemory& memory, std::size_t t, std::span<std::int32_t> row) const {
         float cost = 0.0f;
-        for (std::size_t j = 0; j < size_; ++j)
-            row[j] = cheapest(targets_[j], memory.expectation(t, j, row.data()), cost);
+        memory.begin(t);
+        for (std::size_t j = 0; j < size_; ++j) {
+            row[j] = cheapest(targets_[j], RowContexts::class_of(memory.expectation(j)), cost);
+            memory.set(j, row[j]);
+        }
+        memory.end(t, 0);
         return cost;
     }
 
-    float choose_over_mesh(const RowMemory& memory, std::size_t t, std::span<std::int32_t> row) {
+    float choose_over_mesh(RowMemory& memory, std::size_t t, std::span<std::int32_t> row) {
         deltas_.assign(size_ + 4, 0);
         float cost = 0.0f;
         std::array<std::int32_t, 4> predicted{};
+        memory.begin(t);
         for (std::size_t j = 0; j < size_; ++j) {
             if (j % 3 == 0) predict_from_predecessors(traversal_, deltas_.data(), j / 3, predicted.data());
             row[j] = cheapest(targets_[j] - static_cast<float>(predicted[j % 3]),
-                              memory.expectation(t, j, row.data()), cost);
+                              RowContexts::class_of(memory.expectation(j)), cost);
+            memory.set(j, row[j]);
             deltas_[j] = predicted[j % 3] + row[j];
             if (deltas_[j] > kLargestPredictable || deltas_[j] < -kLargestPredictable)
                 return std::numeric_limits<float>::infinity();  // no decoder takes it
         }
+        memory.end(t, 0);
         return cost;
     }
 
     const ClusterTraversal& traversal_;
     const ClusterTransform& transform_;
     const CodecParameters& parameters_;
+    const LevelCosts& costs_ = LevelCosts::get();
     double per_step_;
     std::size_t size_;
     std::vector<float> targets_, sizes_;
@@ -181,7 +196,7 @@ std::vector<std::int32_t> code_points(const Clip& clip, const ClusterTransform& 
     const float step = clip.header.intra_step();
     transform.forward_space(local.data(), 1, workspace.data());
     const std::size_t size = static_cast<std::size_t>(3 * transform.columns());
-    std::vector<std::int32_t> levels(kPadding, 0);
+    std::vector<std::int32_t> levels;
     for (std::size_t j = 0; j < size; ++j) {
         levels.push_back(step > 0.0f ? round_to_level(local[j] / step) : 0);
         local[j] = static_cast<float>(levels.back()) * step;
@@ -244,7 +259,7 @@ std::vector<std::uint8_t> code_stream(const Clip& clip, const std::vector<std::i
         const auto& intra = coded[static_cast<std::size_t>(i)].intra;
         if (intra.empty()) continue;
         RowMemory nothing(columns, 1);
-        encode_row(encoder, contexts, nothing, 0, std::span(intra).subspan(kPadding));
+        encode_row(encoder, contexts, nothing, 0, intra);
     }
     for (std::int64_t first = 0; first < clip.rows(); first += clip.header.block) {
         const std::int64_t length = std::min<std::int64_t>(clip.header.block, clip.rows() - first);
