@@ -18,16 +18,16 @@ tl::unexpected<Error> unknown_method(CodecMethod method) {
 }
 
 /// Fails with kUnsupported for any other method: check_parameters and these switches know the same ones.
-Expected<EncodedClip> encode_with(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_with(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor) {
     switch (parameters.method) {
         case CodecMethod::kStatic:
-            return encode_static(positions, triangles, parameters, executor);
+            return encode_static(positions, mesh, parameters, executor);
         case CodecMethod::kRlpca:
-            return encode_rlpca(positions, triangles, segmentation, parameters, executor);
+            return encode_rlpca(positions, mesh, segmentation, parameters, executor);
         case CodecMethod::kPdct:
-            return encode_pdct(positions, triangles, segmentation, parameters, executor);
+            return encode_pdct(positions, mesh, segmentation, parameters, executor);
         default:
             return unknown_method(parameters.method);
     }
@@ -97,24 +97,33 @@ Expected<void> check_frames(const ClipInfo& info, std::int64_t begin, const Muta
                                             std::to_string(info.frame_count) + " frames were asked for");
 }
 
-Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_clip(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor) {
     if (auto valid = check_parameters(parameters); !valid) return tl::unexpected(valid.error());
     if (positions.frame_count() < 1 || positions.vertex_count() < 1)
         return fail(ErrorCode::kInvalidArgument, "a clip needs a frame and a vertex");
+    if (mesh.vertex_count() != positions.vertex_count())
+        return fail(ErrorCode::kInvalidArgument, "the triangles are of another mesh");
     if (uses_clusters(parameters.method) &&
         (static_cast<std::int64_t>(segmentation.labels.size()) != positions.vertex_count() ||
          segmentation.cluster_count() < 1)) {
         return fail(ErrorCode::kInvalidArgument, "the segmentation is not of this clip");
     }
     if (auto finite = check_finite(positions); !finite) return tl::unexpected(finite.error());
-    auto clip = encode_with(positions, triangles, segmentation, parameters, executor);
+    auto clip = encode_with(positions, mesh, segmentation, parameters, executor);
     if (!clip) return clip;
     auto info = read_clip_info(clip->bitstream);
     if (!info) return tl::unexpected(info.error());
     clip->section_bytes = info->section_bytes;
     return clip;
+}
+
+Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
+                                  const Segmentation& segmentation, const CodecParameters& parameters,
+                                  const Executor& executor) {
+    const MeshTopology mesh({triangles.begin(), triangles.end()}, positions.vertex_count());
+    return encode_clip(positions, mesh, segmentation, parameters, executor);
 }
 
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
@@ -123,6 +132,26 @@ Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
     auto info = read_info(*clip);
     if (info) info->section_bytes = section_bytes_of(*clip, bitstream.size());
     return info;
+}
+
+Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t> bitstream,
+                                                   const SharedMesh& mesh, std::int32_t components,
+                                                   std::int64_t size_limit_bytes, const Executor& executor) {
+    const auto clip = parse_clip_bitstream(bitstream);
+    if (!clip) return tl::unexpected(clip.error());
+    if (clip->vertex_count != mesh->vertex_count())
+        return fail(ErrorCode::kCorrupt, "the clip has " + std::to_string(clip->vertex_count) +
+                                             " vertices, its mesh " + std::to_string(mesh->vertex_count()));
+    switch (clip->method) {
+        case CodecMethod::kStatic:
+            return decode_static(*clip, mesh, size_limit_bytes, executor);
+        case CodecMethod::kRlpca:
+            return decode_rlpca(*clip, mesh, components, size_limit_bytes, executor);
+        case CodecMethod::kPdct:
+            return decode_pdct(*clip, mesh, size_limit_bytes, executor);
+        default:
+            return unknown_method(clip->method);
+    }
 }
 
 Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t> bitstream,
@@ -137,16 +166,9 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
                 return fail(ErrorCode::kCorrupt, "the triangles name vertices that the clip does not have");
         }
     }
-    switch (clip->method) {
-        case CodecMethod::kStatic:
-            return decode_static(*clip, triangles, size_limit_bytes, executor);
-        case CodecMethod::kRlpca:
-            return decode_rlpca(*clip, triangles, components, size_limit_bytes, executor);
-        case CodecMethod::kPdct:
-            return decode_pdct(*clip, triangles, size_limit_bytes, executor);
-        default:
-            return unknown_method(clip->method);
-    }
+    const auto mesh = std::make_shared<const MeshTopology>(
+        std::vector<Triangle>(triangles.begin(), triangles.end()), clip->vertex_count);
+    return decode_clip(bitstream, mesh, components, size_limit_bytes, executor);
 }
 
 }  // namespace batchenc

@@ -10,6 +10,7 @@
 #include "core/executor.h"
 #include "core/mesh_sequence.h"
 #include "core/parameters.h"
+#include "kernels/mesh_topology.h"
 
 namespace batchenc {
 
@@ -34,9 +35,13 @@ struct EncodedClip {
 
 /// Codes a clip with the coder that parameters.method names.
 ///
-/// positions: F x V, both at least 1, finite. triangles: may be empty (points). segmentation: of this clip;
+/// positions: F x V, both at least 1, finite. mesh: of V vertices. segmentation: of this clip;
 /// of coders without clusters (uses_clusters) anything. The bytes do not depend on the executor. Errors:
 /// kInvalidArgument, kUnsupported (parameters), kNotFinite (frame and vertex named), kNumerical (LAPACK).
+Expected<EncodedClip> encode_clip(PositionsView positions, const MeshTopology& mesh,
+                                  const Segmentation& segmentation, const CodecParameters& parameters,
+                                  const Executor& executor);
+/// Likewise for the only clip of a mesh. triangles: every index below V.
 Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Triangle> triangles,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor);
@@ -76,6 +81,11 @@ class DecodedClip {
 /// Entropy-decodes a clip. components: use only the first so many (progressive decoding); negative for all.
 /// size_limit_bytes bounds what is allocated, whatever the stream claims.
 /// Errors: those of read_clip_info, and kLimit.
+Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t> bitstream,
+                                                   const SharedMesh& mesh, std::int32_t components,
+                                                   std::int64_t size_limit_bytes, const Executor& executor);
+/// Likewise for the only clip of a mesh. triangles: any; kCorrupt where one names a vertex that the clip does
+/// not have.
 Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t> bitstream,
                                                    std::span<const Triangle> triangles,
                                                    std::int32_t components, std::int64_t size_limit_bytes,

@@ -15,7 +15,7 @@ namespace batchenc {
 
 /// See encode_clip. Clusters and their LCFs as RLPCA has them; the first frame by the static coder, or where
 /// there are no triangles by transform of its local coordinates.
-Expected<EncodedClip> encode_pdct(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_pdct(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor);
 
@@ -23,8 +23,7 @@ Expected<EncodedClip> encode_pdct(PositionsView positions, std::span<const Trian
 Expected<ClipInfo> read_pdct_info(const ClipBitstream& clip);
 
 /// See decode_clip; there are no components.
-Expected<std::unique_ptr<DecodedClip>> decode_pdct(const ClipBitstream& clip,
-                                                   std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_pdct(const ClipBitstream& clip, const SharedMesh& mesh,
                                                    std::int64_t size_limit_bytes, const Executor& executor);
 
 }  // namespace batchenc

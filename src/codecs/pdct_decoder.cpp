@@ -20,8 +20,8 @@ class PdctClip final : public DecodedClip {
     const ClipInfo& info() const override { return info_; }
     const std::vector<std::int32_t>& labels() const override { return segmentation_.labels; }
 
-    Expected<void> decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
-                          std::int64_t size_limit_bytes, const Executor& executor);
+    Expected<void> decode(const ClipBitstream& clip, const SharedMesh& mesh, std::int64_t size_limit_bytes,
+                          const Executor& executor);
     Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
                                const Executor& executor) const override;
 
@@ -30,11 +30,14 @@ class PdctClip final : public DecodedClip {
         ClusterTraversal traversal;
         std::optional<ClusterTransform> transform;  // none without vertices
         std::vector<float> base;                    // 3n: local coordinates of the first frame
-        std::vector<std::int32_t> levels;           // F - 1 rows of 3n, whole
+        std::unique_ptr<std::int32_t[]> levels;     // F - 1 rows of 3n, whole
         bool over_mesh = false;
 
         std::int64_t columns() const { return transform ? transform->columns() : 0; }
         std::size_t row_size() const { return static_cast<std::size_t>(3 * columns()); }
+        std::span<std::int32_t> row(std::int64_t r) const {
+            return {levels.get() + static_cast<std::size_t>(r) * row_size(), row_size()};
+        }
     };
 
     Expected<void> decode_levels(std::span<const std::uint8_t> payload, const ClusterMembers& in,
@@ -62,7 +65,7 @@ class PdctClip final : public DecodedClip {
     std::vector<float> first_frame_;  // V x 3
 };
 
-Expected<void> PdctClip::decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
+Expected<void> PdctClip::decode(const ClipBitstream& clip, const SharedMesh& mesh,
                                 std::int64_t size_limit_bytes, const Executor& executor) {
     auto info = read_pdct_info(clip);
     if (!info) return tl::unexpected(info.error());
@@ -79,7 +82,7 @@ Expected<void> PdctClip::decode(const ClipBitstream& clip, std::span<const Trian
                     "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
                         " vertices, " + std::to_string(clip.frame_count) + " frames");
     }
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, clip.vertex_count);
+    const MeshAdjacency& adjacency = mesh->adjacency();
     auto segmentation = read_segmentation(clip.payload(SectionId::kSegmentation), clip.vertex_count,
                                           header_.cluster_count, header_.cluster_count, adjacency);
     if (!segmentation) return fail_within(section_name(SectionId::kSegmentation), segmentation.error());
@@ -90,11 +93,10 @@ Expected<void> PdctClip::decode(const ClipBitstream& clip, std::span<const Trian
     if (!paths) return fail_within(section_name(SectionId::kFrames), paths.error());
     paths_ = std::move(*paths);
     tracks_.resize(cluster_count, LocalFrameTrack(0));
-    const bool is_points = triangles.empty();
+    const bool is_points = mesh->is_points();
     first_frame_.resize(static_cast<std::size_t>(3 * clip.vertex_count));
     if (!is_points) {
-        auto frame = decode_intra(clip.payload(SectionId::kResiduals), triangles, clip.vertex_count,
-                                  size_limit_bytes, executor);
+        auto frame = decode_intra(clip.payload(SectionId::kResiduals), mesh, size_limit_bytes, executor);
         if (!frame) return fail_within(section_name(SectionId::kResiduals), frame.error());
         first_frame_ = std::move(*frame);
     } else if (!clip.payload(SectionId::kResiduals).empty()) {
@@ -112,7 +114,8 @@ Expected<void> PdctClip::decode(const ClipBitstream& clip, std::span<const Trian
         const std::size_t size = 3 * in.members[i].size();
         cluster.transform.emplace(static_cast<std::int64_t>(in.members[i].size()), header_.block);
         cluster.base.assign(static_cast<std::size_t>(cluster.transform->stride()), 0.0f);
-        cluster.levels.resize(size * static_cast<std::size_t>(rows()));
+        cluster.levels =
+            std::make_unique_for_overwrite<std::int32_t[]>(size * static_cast<std::size_t>(rows()));
         if (is_points) return;  // their order comes with the levels
         cluster.traversal =
             walk_cluster(adjacency, in.members[i], in.owner, static_cast<std::int32_t>(i), position);
@@ -202,8 +205,7 @@ bool PdctClip::decode_stream(RangeDecoder& decoder, const std::vector<std::int32
             if (!cluster.transform) continue;
             const std::size_t size = cluster.row_size();
             for (std::int64_t t = 0; t < length; ++t) {
-                const auto levels =
-                    std::span(cluster.levels).subspan(static_cast<std::size_t>(first + t) * size, size);
+                const std::span<std::int32_t> levels = cluster.row(first + t);
                 if (!decode_row(decoder, contexts, memories[k], static_cast<std::size_t>(t), levels))
                     return false;
                 if (cluster.over_mesh && !add_prediction(cluster.traversal, levels, padded)) return false;
@@ -226,20 +228,22 @@ void PdctClip::reconstruct_group(const Cluster& cluster, const LocalFrameTrack& 
     const std::size_t size = cluster.row_size();
     const float step = header_.step();
     std::vector<float> workspace(static_cast<std::size_t>(transform.workspace_size()));
-    std::vector<float> values(static_cast<std::size_t>(count * transform.stride()), 0.0f);
+    const auto values =
+        std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>(count * transform.stride()));
     for (std::int64_t r = 0; r < count; ++r) {
-        const std::int32_t* levels = cluster.levels.data() + static_cast<std::size_t>(first + r) * size;
-        float* row = values.data() + r * transform.stride();
+        const std::span<const std::int32_t> levels = cluster.row(first + r);
+        float* row = values.get() + r * transform.stride();
         for (std::size_t j = 0; j < size; ++j) row[j] = static_cast<float>(levels[j]) * step;
+        std::fill(row + size, row + transform.stride(), 0.0f);
     }
-    if (!cluster.over_mesh) transform.inverse_space(values.data(), count, workspace.data());
+    if (!cluster.over_mesh) transform.inverse_space(values.get(), count, workspace.data());
     for (std::int64_t r = 0; r < count; r += header_.block)
-        transform.inverse_time(values.data() + r * transform.stride(),
+        transform.inverse_time(values.get() + r * transform.stride(),
                                std::min<std::int64_t>(header_.block, count - r), workspace.data());
     for (std::int64_t r = 0; r < count; ++r) {
         const std::int64_t frame = first + 1 + r;
         if (frame < begin || frame >= begin + out.frame_count()) continue;
-        float* row = values.data() + r * transform.stride();
+        float* row = values.get() + r * transform.stride();
         for (std::size_t j = 0; j < size; ++j) row[j] += cluster.base[j];
         to_world(row, cluster.traversal.vertices, track, frame, out.at(frame - begin, 0));
     }
@@ -284,11 +288,10 @@ Expected<ClipInfo> read_pdct_info(const ClipBitstream& clip) {
     return info;
 }
 
-Expected<std::unique_ptr<DecodedClip>> decode_pdct(const ClipBitstream& clip,
-                                                   std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_pdct(const ClipBitstream& clip, const SharedMesh& mesh,
                                                    std::int64_t size_limit_bytes, const Executor& executor) {
     auto decoded = std::make_unique<PdctClip>();
-    if (auto done = decoded->decode(clip, triangles, size_limit_bytes, executor); !done)
+    if (auto done = decoded->decode(clip, mesh, size_limit_bytes, executor); !done)
         return tl::unexpected(done.error());
     return decoded;
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
+#include <memory>
 
 #include "codecs/coded_streams.h"
 #include "codecs/level_rows.h"
@@ -20,16 +20,18 @@ namespace {
 /// trades 2 ln 2 / 12 of it for a bit.
 constexpr float kErrorPerBit = 0.1155f;
 
+constexpr float kNever = std::numeric_limits<float>::infinity();  // the cost of what cannot be coded
+
 /// Levels of one cluster as they are coded: rows of 3n.
 struct CodedCluster {
     bool over_mesh = false;  // rows hold residuals of prediction over the mesh, not transforms along it
     std::vector<std::int32_t> intra;
-    std::vector<std::int32_t> levels;
+    std::unique_ptr<std::int32_t[]> levels;
     std::size_t row_size = 0;  // 3n
     float cost = 0.0f;         // squared error in steps and what the bits are worth
 
     std::span<std::int32_t> row(std::int64_t r) {
-        return std::span(levels).subspan(static_cast<std::size_t>(r) * row_size, row_size);
+        return {levels.get() + static_cast<std::size_t>(r) * row_size, row_size};
     }
 };
 
@@ -47,28 +49,27 @@ class Quantizer {
         : traversal_(traversal),
           transform_(transform),
           parameters_(parameters),
-          per_step_(step > 0.0f ? 1.0 / static_cast<double>(step) : 0.0),
+          per_step_(step > 0.0f ? 1.0f / step : 0.0f),
           size_(static_cast<std::size_t>(3 * transform.columns())) {}
 
     /// values: rows of transformed (or, over the mesh, local) coordinates, transform.stride() apart.
-    CodedCluster quantize(const std::vector<float>& values, std::int64_t rows, bool over_mesh) {
+    CodedCluster quantize(const float* values, std::int64_t rows, bool over_mesh) {
         CodedCluster coded;
         coded.over_mesh = over_mesh;
         coded.row_size = size_;
-        coded.levels.resize(static_cast<std::size_t>(rows) * size_);
+        coded.levels = std::make_unique_for_overwrite<std::int32_t[]>(static_cast<std::size_t>(rows) * size_);
         RowMemory memory(transform_.columns(), std::clamp<std::int64_t>(rows, 1, transform_.block()));
-        std::vector<std::int32_t> before(size_, 0);  // first row of the block before, whole
-        std::vector<std::int32_t> base(size_, 0);
+        std::vector<std::int32_t> opening(size_, 0);  // first row of the block before, whole
         std::int64_t length_before = transform_.block();
         targets_.resize(size_);
         for (std::int64_t first = 0; first < rows; first += transform_.block()) {
             const std::int64_t length = std::min(transform_.block(), rows - first);
-            for (std::size_t j = 0; j < size_; ++j) base[j] = predict_block(before[j], length_before, length);
+            for (std::int32_t& level : opening) level = predict_block(level, length_before, length);
             for (std::int64_t t = 0; t < length; ++t) {
-                const float* row = values.data() + (first + t) * transform_.stride();
-                for (std::size_t j = 0; j < size_; ++j)
-                    targets_[j] =
-                        static_cast<float>(static_cast<double>(row[j]) * per_step_ - (t == 0 ? base[j] : 0));
+                const float* row = values + (first + t) * transform_.stride();
+                for (std::size_t j = 0; j < size_; ++j) targets_[j] = row[j] * per_step_;
+                if (t == 0)
+                    for (std::size_t j = 0; j < size_; ++j) targets_[j] -= static_cast<float>(opening[j]);
                 const std::span<std::int32_t> coded_row = coded.row(first + t);
                 if (over_mesh)
                     coded.cost += choose_over_mesh(memory, static_cast<std::size_t>(t), coded_row);
@@ -78,7 +79,7 @@ class Quantizer {
                     choose_largest(coded_row);
                 if (t > 0) continue;
                 const std::int32_t* chosen = over_mesh ? deltas_.data() : coded_row.data();
-                for (std::size_t j = 0; j < size_; ++j) before[j] = base[j] + chosen[j];
+                for (std::size_t j = 0; j < size_; ++j) opening[j] += chosen[j];
             }
             length_before = length;
         }
@@ -159,7 +160,7 @@ class Quantizer {
             memory.set(j, row[j]);
             deltas_[j] = predicted[j % 3] + row[j];
             if (deltas_[j] > kLargestPredictable || deltas_[j] < -kLargestPredictable)
-                return std::numeric_limits<float>::infinity();  // no decoder takes it
+                return kNever;  // no decoder takes it
         }
         memory.end(t, 0);
         return cost;
@@ -169,7 +170,7 @@ class Quantizer {
     const ClusterTransform& transform_;
     const CodecParameters& parameters_;
     const LevelCosts& costs_ = LevelCosts::get();
-    double per_step_;
+    float per_step_;
     std::size_t size_;
     std::vector<float> targets_, sizes_;
     std::vector<std::int32_t> deltas_;
@@ -225,24 +226,27 @@ CodedCluster code_cluster(const Clip& clip, std::size_t i) {
             walk_cluster(clip.adjacency, members, clip.in.owner, static_cast<std::int32_t>(i), clip.position);
         to_local(clip.first_frame.data(), traversal.vertices, track, 0, base.data());
     }
-    std::vector<float> values(stride * static_cast<std::size_t>(clip.rows()), 0.0f);
+    const auto values =
+        std::make_unique_for_overwrite<float[]>(stride * static_cast<std::size_t>(clip.rows()));
     for (std::int64_t r = 0; r < clip.rows(); ++r) {
-        float* row = values.data() + r * transform.stride();
+        float* row = values.get() + r * transform.stride();
         to_local(clip.positions.at(r + 1, 0), traversal.vertices, track, r + 1, row);
         for (std::size_t j = 0; j < 3 * members.size(); ++j) row[j] -= base[j];
+        std::fill(row + 3 * members.size(), row + stride, 0.0f);
     }
     const std::int64_t block = clip.header.block;
     for (std::int64_t first = 0; first < clip.rows() && block > 1; first += block)
-        transform.forward_time(values.data() + first * transform.stride(),
+        transform.forward_time(values.get() + first * transform.stride(),
                                std::min(block, clip.rows() - first), workspace.data());
 
     Quantizer quantizer(traversal, transform, clip.parameters, clip.header.step());
-    std::optional<CodedCluster> over_mesh;
+    CodedCluster over_mesh;
+    over_mesh.cost = kNever;
     if (clip.parameters.allocation == CoefficientAllocation::kRd)
-        over_mesh = quantizer.quantize(values, clip.rows(), true);
-    transform.forward_space(values.data(), clip.rows(), workspace.data());
-    CodedCluster coded = quantizer.quantize(values, clip.rows(), false);
-    if (over_mesh && over_mesh->cost < coded.cost) coded = std::move(*over_mesh);
+        over_mesh = quantizer.quantize(values.get(), clip.rows(), true);
+    transform.forward_space(values.get(), clip.rows(), workspace.data());
+    CodedCluster coded = quantizer.quantize(values.get(), clip.rows(), false);
+    if (over_mesh.cost < coded.cost) coded = std::move(over_mesh);
     coded.intra = std::move(intra);
     return coded;
 }
@@ -271,7 +275,7 @@ std::vector<std::uint8_t> code_stream(const Clip& clip, const std::vector<std::i
                            cluster.row(first + t));
         }
     }
-    for (const std::int32_t i : clusters) coded[static_cast<std::size_t>(i)].levels = {};
+    for (const std::int32_t i : clusters) coded[static_cast<std::size_t>(i)].levels.reset();
     return encoder.finish();
 }
 
@@ -304,13 +308,13 @@ std::vector<std::uint8_t> coefficients_section(const Clip& clip, const Executor&
 
 }  // namespace
 
-Expected<EncodedClip> encode_pdct(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_pdct(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor) {
     const BoundingBox box = bounding_box(positions);
     const ClusterMembers in(segmentation.labels, segmentation.seed_triangles, segmentation.cluster_count());
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, positions.vertex_count());
-    Clip clip{positions, parameters, {}, in, adjacency, triangles.empty(), {}, {}, {}};
+    const MeshAdjacency& adjacency = mesh.adjacency();
+    Clip clip{positions, parameters, {}, in, adjacency, mesh.is_points(), {}, {}, {}};
     PdctHeader& header = clip.header;
     header.bits = parameters.bits;
     header.intra_bits = parameters.intra_bits;
@@ -335,10 +339,10 @@ Expected<EncodedClip> encode_pdct(PositionsView positions, std::span<const Trian
 
     std::vector<std::uint8_t> first_frame;
     if (!clip.is_points) {
-        auto coded = encode_intra(positions.frames(0, 1), triangles, parameters, executor);
+        auto coded = encode_intra(positions.frames(0, 1), mesh, parameters, executor);
         if (!coded) return fail_within("the first frame", coded.error());
         first_frame = std::move(coded->bitstream);
-        auto decoded = decode_intra(first_frame, triangles, positions.vertex_count(),
+        auto decoded = decode_intra(first_frame, SharedMesh(SharedMesh(), &mesh),
                                     std::numeric_limits<std::int64_t>::max(), executor);
         if (!decoded) return fail_within("the first frame", decoded.error());
         clip.first_frame = std::move(*decoded);

@@ -135,34 +135,28 @@ void ClusterTransform::inverse_time(float* rows, std::int64_t count, float* work
     time(rows, count, workspace, true);
 }
 
-Expected<EncodedClip> encode_intra(PositionsView frame, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_intra(PositionsView frame, const MeshTopology& mesh,
                                    const CodecParameters& parameters, const Executor& executor) {
     CodecParameters intra = parameters;
     intra.method = CodecMethod::kStatic;
     intra.bits = parameters.intra_bits;
     if (intra.predictor == GeometryPredictor::kAuto) intra.predictor = GeometryPredictor::kWeighted;
-    return encode_static(frame, triangles, intra, executor);
+    return encode_static(frame, mesh, intra, executor);
 }
 
-Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream,
-                                          std::span<const Triangle> triangles, std::int64_t vertex_count,
+Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream, const SharedMesh& mesh,
                                           std::int64_t size_limit_bytes, const Executor& executor) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());
-    if (clip->method != CodecMethod::kStatic || clip->vertex_count != vertex_count || clip->frame_count != 1)
+    if (clip->method != CodecMethod::kStatic || clip->vertex_count != mesh->vertex_count() ||
+        clip->frame_count != 1)
         return corrupt("the first frame is not one of this clip");
-    const auto decoder = decode_static(*clip, triangles, size_limit_bytes, executor);
+    const auto decoder = decode_static(*clip, mesh, size_limit_bytes, executor);
     if (!decoder) return tl::unexpected(decoder.error());
-    std::vector<float> positions(static_cast<std::size_t>(3 * vertex_count));
-    auto done = (*decoder)->reconstruct(0, {positions.data(), 1, vertex_count}, executor);
+    std::vector<float> positions(static_cast<std::size_t>(3 * mesh->vertex_count()));
+    auto done = (*decoder)->reconstruct(0, {positions.data(), 1, mesh->vertex_count()}, executor);
     if (!done) return tl::unexpected(done.error());
     return positions;
-}
-
-std::int32_t predict_block(std::int32_t before, std::int64_t length_before, std::int64_t length) {
-    if (length == length_before) return before;
-    const double scale = std::sqrt(static_cast<double>(length) / static_cast<double>(length_before));
-    return static_cast<std::int32_t>(std::floor(static_cast<double>(before) * scale + 0.5));
 }
 
 ClusterTraversal order_points(std::span<const std::int32_t> members, std::span<float> local) {

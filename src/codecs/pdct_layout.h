@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,16 +76,19 @@ class ClusterTransform {
 
 /// A clip's first frame as a static clip of its own; `auto` is the weighted predictor there, as trying all of
 /// them would take longer than the frames after it.
-Expected<EncodedClip> encode_intra(PositionsView frame, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_intra(PositionsView frame, const MeshTopology& mesh,
                                    const CodecParameters& parameters, const Executor& executor);
 /// The way back: V × 3 positions. Errors: those of decode_clip.
-Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream,
-                                          std::span<const Triangle> triangles, std::int64_t vertex_count,
+Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream, const SharedMesh& mesh,
                                           std::int64_t size_limit_bytes, const Executor& executor);
 
 /// What the first row of a block is predicted to be from that of the block before: its level, as the lengths
 /// of the blocks have it. Rounds by IEEE operations alone.
-std::int32_t predict_block(std::int32_t before, std::int64_t length_before, std::int64_t length);
+inline std::int32_t predict_block(std::int32_t before, std::int64_t length_before, std::int64_t length) {
+    if (length == length_before) return before;
+    const double scale = std::sqrt(static_cast<double>(length) / static_cast<double>(length_before));
+    return static_cast<std::int32_t>(std::floor(static_cast<double>(before) * scale + 0.5));
+}
 
 /// Order of a cluster of points, once the local coordinates of their first frame are decoded; puts these, 3n
 /// values, into that order too.

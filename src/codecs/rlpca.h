@@ -12,7 +12,7 @@ namespace batchenc {
 // out; with one cluster it is the global PCA.
 
 /// See encode_clip.
-Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_rlpca(PositionsView positions, const MeshTopology& mesh,
                                    const Segmentation& segmentation, const CodecParameters& parameters,
                                    const Executor& executor);
 
@@ -20,8 +20,7 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
 Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip);
 
 /// See decode_clip.
-Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip,
-                                                    std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const SharedMesh& mesh,
                                                     std::int32_t components, std::int64_t size_limit_bytes,
                                                     const Executor& executor);
 

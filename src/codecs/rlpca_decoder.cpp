@@ -44,8 +44,8 @@ class RlpcaClip final : public DecodedClip {
     const ClipInfo& info() const override { return info_; }
     const std::vector<std::int32_t>& labels() const override { return segmentation_.labels; }
 
-    Expected<void> decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
-                          std::int32_t components, std::int64_t size_limit_bytes, const Executor& executor);
+    Expected<void> decode(const ClipBitstream& clip, const MeshTopology& mesh, std::int32_t components,
+                          std::int64_t size_limit_bytes, const Executor& executor);
     Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
                                const Executor& executor) const override;
 
@@ -73,9 +73,8 @@ class RlpcaClip final : public DecodedClip {
     std::vector<std::vector<float>> coefficients_;  // rows of stride() floats
 };
 
-Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Triangle> triangles,
-                                 std::int32_t components, std::int64_t size_limit_bytes,
-                                 const Executor& executor) {
+Expected<void> RlpcaClip::decode(const ClipBitstream& clip, const MeshTopology& mesh, std::int32_t components,
+                                 std::int64_t size_limit_bytes, const Executor& executor) {
     auto info = read_rlpca_info(clip);
     if (!info) return tl::unexpected(info.error());
     info_ = *info;
@@ -91,7 +90,7 @@ Expected<void> RlpcaClip::decode(const ClipBitstream& clip, std::span<const Tria
                     "the clip needs more memory than allowed: " + std::to_string(clip.vertex_count) +
                         " vertices, " + std::to_string(clip.frame_count) + " frames");
     }
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, clip.vertex_count);
+    const MeshAdjacency& adjacency = mesh.adjacency();
     auto segmentation =
         read_segmentation(clip.payload(SectionId::kSegmentation), clip.vertex_count, header_.cluster_count,
                           local() ? header_.cluster_count : 0, adjacency);
@@ -295,12 +294,11 @@ Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
     return info;
 }
 
-Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip,
-                                                    std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const SharedMesh& mesh,
                                                     std::int32_t components, std::int64_t size_limit_bytes,
                                                     const Executor& executor) {
     auto decoded = std::make_unique<RlpcaClip>();
-    if (auto done = decoded->decode(clip, triangles, components, size_limit_bytes, executor); !done)
+    if (auto done = decoded->decode(clip, *mesh, components, size_limit_bytes, executor); !done)
         return tl::unexpected(done.error());
     return decoded;
 }

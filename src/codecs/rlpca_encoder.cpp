@@ -172,7 +172,7 @@ Expected<RlpcaHeader> make_header(PositionsView positions, const CodecParameters
 
 }  // namespace
 
-Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_rlpca(PositionsView positions, const MeshTopology& mesh,
                                    const Segmentation& segmentation, const CodecParameters& parameters,
                                    const Executor& executor) {
     const auto made = make_header(positions, parameters, segmentation.cluster_count());
@@ -181,7 +181,7 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, std::span<const Tria
     const bool local = header.space == CoordinateSpace::kLocal;
     const std::span<const Triangle> seed_triangles =
         local ? std::span<const Triangle>(segmentation.seed_triangles) : std::span<const Triangle>();
-    const MeshAdjacency adjacency = MeshAdjacency::of(triangles, positions.vertex_count());
+    const MeshAdjacency& adjacency = mesh.adjacency();
     const RlpcaLayout layout(segmentation.labels, seed_triangles, header.cluster_count, adjacency, executor);
 
     // Transform and quantise, a task a cluster.

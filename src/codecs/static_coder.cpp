@@ -238,20 +238,22 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
     return {};
 }
 
+const Surface kNoSurface;
+
 /// Codes frames in the forms that make their streams smallest.
 class FrameEncoder {
  public:
     using Stream = std::vector<std::uint8_t>;
 
-    FrameEncoder(PositionsView positions, std::span<const Triangle> triangles, const StaticHeader& header,
+    FrameEncoder(PositionsView positions, const MeshTopology& mesh, const StaticHeader& header,
                  const CodecParameters& parameters, const Executor& executor)
         : positions_(positions),
           header_(header),
           parameters_(parameters),
           executor_(executor),
-          traversal_(MeshTraversal::of(triangles, positions.vertex_count())) {
+          traversal_(mesh.traversal()) {
         if (parameters.predictor == GeometryPredictor::kAuto || needs_surface(forms_of(parameters).front()))
-            surface_ = Surface::of(traversal_.in_places(triangles));
+            surface_ = &mesh.surface();
     }
 
     /// A stream a frame. Forms of `auto` are tried on one frame in kFramesAGroup; those between take the best
@@ -288,7 +290,7 @@ class FrameEncoder {
     };
 
     Stream encode(std::int64_t frame, const PredictionForm& form) const {
-        return encode_frame(positions_.frames(frame, frame + 1), traversal_, surface_, header_, form);
+        return encode_frame(positions_.frames(frame, frame + 1), traversal_, *surface_, header_, form);
     }
 
     void add_trials(std::int64_t frame, const std::vector<PredictionForm>& forms,
@@ -323,20 +325,20 @@ class FrameEncoder {
     StaticHeader header_;
     const CodecParameters& parameters_;
     const Executor& executor_;
-    MeshTraversal traversal_;
-    Surface surface_;  // where a form looks at it
+    const MeshTraversal& traversal_;
+    const Surface* surface_ = &kNoSurface;  // another where a form looks at it
 };
 
 class StaticClip final : public DecodedClip {
  public:
-    StaticClip(const ClipInfo& info, const StaticHeader& header, MeshTraversal traversal)
-        : info_(info), header_(header), traversal_(std::move(traversal)) {}
+    StaticClip(const ClipInfo& info, const StaticHeader& header, SharedMesh mesh)
+        : info_(info), header_(header), mesh_(std::move(mesh)) {}
 
     const ClipInfo& info() const override { return info_; }
     const std::vector<std::int32_t>& labels() const override { return labels_; }
 
     /// Sizes of the frames' streams, then the streams. Copies them: the clip outlives the bitstream.
-    Expected<void> take_streams(std::span<const std::uint8_t> payload, std::span<const Triangle> triangles) {
+    Expected<void> take_streams(std::span<const std::uint8_t> payload) {
         ByteReader reader(payload);
         std::vector<std::uint64_t> sizes;
         for (std::int64_t f = 0; f < info_.frame_count; ++f) {  // ends early where the bytes do
@@ -355,7 +357,7 @@ class StaticClip final : public DecodedClip {
             const auto form = read_form(form_reader);
             return form && needs_surface(*form);  // a form that cannot be read is that frame's error
         });
-        if (wants_surface) surface_ = Surface::of(traversal_.in_places(triangles));
+        if (wants_surface) surface_ = &mesh_->surface();
         return {};
     }
 
@@ -365,8 +367,8 @@ class StaticClip final : public DecodedClip {
         std::vector<std::optional<Error>> errors(static_cast<std::size_t>(out.frame_count()));
         executor.for_each(out.frame_count(), [&](std::int64_t f) {
             const MutablePositionsView frame(out.at(f, 0), 1, out.vertex_count());
-            auto done = decode_frame(streams_[static_cast<std::size_t>(begin + f)], traversal_, surface_,
-                                     header_, frame);
+            auto done = decode_frame(streams_[static_cast<std::size_t>(begin + f)], mesh_->traversal(),
+                                     *surface_, header_, frame);
             if (!done) errors[static_cast<std::size_t>(f)] = done.error();
         });
         for (std::size_t f = 0; f < errors.size(); ++f) {
@@ -380,15 +382,15 @@ class StaticClip final : public DecodedClip {
  private:
     ClipInfo info_;
     StaticHeader header_;
-    MeshTraversal traversal_;
-    Surface surface_;                                 // where a frame's predictor looks at it
+    SharedMesh mesh_;
+    const Surface* surface_ = &kNoSurface;            // another where a frame's predictor looks at it
     std::vector<std::vector<std::uint8_t>> streams_;  // a frame each
     std::vector<std::int32_t> labels_;                // none: there are no clusters
 };
 
 }  // namespace
 
-Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_static(PositionsView positions, const MeshTopology& mesh,
                                     const CodecParameters& parameters, const Executor& executor) {
     const BoundingBox box = bounding_box(positions);
     StaticHeader header;
@@ -398,7 +400,7 @@ Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Tri
     if (!std::isfinite(header.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
     const std::vector<FrameEncoder::Stream> streams =
-        FrameEncoder(positions, triangles, header, parameters, executor).run();
+        FrameEncoder(positions, mesh, header, parameters, executor).run();
 
     ByteWriter frames;
     for (const auto& stream : streams) frames.put_varint(stream.size());
@@ -424,8 +426,7 @@ Expected<ClipInfo> read_static_info(const ClipBitstream& clip) {
     return info;
 }
 
-Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
-                                                     std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip, const SharedMesh& mesh,
                                                      std::int64_t size_limit_bytes, const Executor&) {
     const auto header = StaticHeader::read(clip.payload(SectionId::kParameters));
     if (!header) return tl::unexpected(header.error());
@@ -438,9 +439,8 @@ Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
     if (clip.vertex_count > size_limit_bytes / 256)
         return fail(ErrorCode::kLimit, "its " + std::to_string(clip.vertex_count) +
                                            " vertices need more memory than is allowed");
-    auto decoded =
-        std::make_unique<StaticClip>(*info, *header, MeshTraversal::of(triangles, clip.vertex_count));
-    if (auto taken = decoded->take_streams(payload, triangles); !taken) return tl::unexpected(taken.error());
+    auto decoded = std::make_unique<StaticClip>(*info, *header, mesh);
+    if (auto taken = decoded->take_streams(payload); !taken) return tl::unexpected(taken.error());
     return decoded;
 }
 

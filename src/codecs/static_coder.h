@@ -15,7 +15,7 @@ namespace batchenc {
 
 /// See encode_clip; there is no segmentation. Of predictor `auto` all are tried
 /// on every 32nd frame, and the frames after it take the best of that frame's three smallest.
-Expected<EncodedClip> encode_static(PositionsView positions, std::span<const Triangle> triangles,
+Expected<EncodedClip> encode_static(PositionsView positions, const MeshTopology& mesh,
                                     const CodecParameters& parameters, const Executor& executor);
 
 /// Parameters and counts from the sections of a clip coded by encode_static. Errors: kCorrupt.
@@ -23,8 +23,7 @@ Expected<ClipInfo> read_static_info(const ClipBitstream& clip);
 
 /// See decode_clip. Frames are decoded when they are asked for, each alone; what is corrupt in a frame shows
 /// then (kCorrupt).
-Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip,
-                                                     std::span<const Triangle> triangles,
+Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip, const SharedMesh& mesh,
                                                      std::int64_t size_limit_bytes, const Executor& executor);
 
 }  // namespace batchenc

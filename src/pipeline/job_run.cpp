@@ -84,32 +84,36 @@ Expected<void> JobRun::open() {
     writer_ = std::move(*writer);
     meter_.emplace(header.vertex_count);
 
-    if (header.triangle_count == 0) return {};
+    if (header.triangle_count == 0) {
+        mesh_ = std::make_shared<const MeshTopology>(std::vector<Triangle>(), header.vertex_count);
+        return {};
+    }
     auto triangles = source_->read_triangles();
     if (!triangles) return tl::unexpected(triangles.error());
-    triangles_ = std::move(*triangles);
+    mesh_ = std::make_shared<const MeshTopology>(std::move(*triangles), header.vertex_count);
     // A free order is that of the coded connectivity, and everything after goes by it.
     if (job.order == MeshOrder::kPreserve) return {};
     if (auto coded = code_connectivity(); !coded) return coded;
-    triangles_ = std::move(connectivity_.triangles);
+    mesh_ = std::make_shared<const MeshTopology>(std::move(connectivity_.triangles), header.vertex_count);
     source_vertices_ = std::move(connectivity_.source_vertices);
     return {};
 }
 
 Expected<void> JobRun::code_connectivity() {
-    if (triangles_.empty() || !connectivity_.bytes.empty()) return {};
-    auto connectivity = write_connectivity_bitstream(triangles_, plan_.header.vertex_count, plan_.job.order);
+    if (mesh_->is_points() || !connectivity_.bytes.empty()) return {};
+    auto connectivity =
+        write_connectivity_bitstream(mesh_->triangles(), plan_.header.vertex_count, plan_.job.order);
     if (!connectivity) return tl::unexpected(connectivity.error());
     connectivity_ = std::move(*connectivity);
     return {};
 }
 
 Expected<void> JobRun::verify_connectivity() const {
-    if (triangles_.empty()) return {};
+    if (mesh_->is_points()) return {};
     const auto decoded = read_connectivity_bitstream(connectivity_.bytes, plan_.header.vertex_count,
                                                      plan_.header.triangle_count);
     if (!decoded) return fail_within("decoding the connectivity just coded", decoded.error());
-    if (*decoded != triangles_)
+    if (*decoded != mesh_->triangles())
         return fail(ErrorCode::kVerification, "the decoded connectivity differs from the source's");
     return {};
 }
@@ -128,7 +132,7 @@ Expected<void> JobRun::read(ClipInFlight& clip) {
 Expected<void> JobRun::segment(ClipInFlight& clip) {
     if (!uses_clusters(plan_.job.codec.method)) return {};
     const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
-    auto segmentation = segment_clip(source, triangles_, plan_.job.segmentation, executor_);
+    auto segmentation = segment_clip(source, mesh_->triangles(), plan_.job.segmentation, executor_);
     if (!segmentation) return tl::unexpected(segmentation.error());
     clip.segmentation = std::move(*segmentation);
     return {};
@@ -141,7 +145,7 @@ Expected<void> JobRun::code(ClipInFlight& clip) {
     Expected<EncodedClip> encoded;
     executor_.for_each(clip.index == 0 ? 2 : 1, [&](std::int64_t task) {
         if (task == 0)
-            encoded = encode_clip(source, triangles_, clip.segmentation, plan_.job.codec, executor_);
+            encoded = encode_clip(source, *mesh_, clip.segmentation, plan_.job.codec, executor_);
         else
             connectivity = code_connectivity();
     });
@@ -164,7 +168,7 @@ Expected<void> JobRun::verify(ClipInFlight& clip) {
 Expected<void> JobRun::verify_positions(ClipInFlight& clip) {
     constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();  // these bytes are our own
     const Stopwatch watch;
-    auto decoder = decode_clip(clip.encoded.bitstream, triangles_, -1, kNoLimit, executor_);
+    auto decoder = decode_clip(clip.encoded.bitstream, mesh_, -1, kNoLimit, executor_);
     if (!decoder) return fail_within("decoding what was just coded", decoder.error());
     const MutablePositionsView decoded = view_of(clip.decoded, clip.span, plan_.header.vertex_count);
     if (auto done = (*decoder)->reconstruct(0, decoded, executor_); !done)
@@ -224,7 +228,7 @@ JobReport JobRun::close() {
     writer_.reset();
     source_.reset();
     meter_.reset();
-    std::vector<Triangle>().swap(triangles_);
+    mesh_.reset();
 
     JobReport report;
     report.name = plan_.job.name;

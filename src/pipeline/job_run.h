@@ -70,7 +70,7 @@ class JobRun {
     Stopwatch since_first_read_;
     std::unique_ptr<SourceClip> source_;
     std::unique_ptr<ResultWriter> writer_;
-    std::vector<Triangle> triangles_;
+    SharedMesh mesh_;
     std::vector<std::int32_t> source_vertices_;  // of each vertex, where their order is free; else none
     ConnectivityBitstream connectivity_;
     std::optional<ErrorMeter> meter_;

@@ -27,6 +27,7 @@ Expected<ResultDecoder> ResultDecoder::open(const std::filesystem::path& path, s
     const std::string where = decoder.path_ + ":/connectivity/bitstream";
     auto bitstream = decoder.reader_->read_connectivity();
     if (!bitstream) return tl::unexpected(bitstream.error());
+    std::vector<Triangle> coded_triangles;
     if (!bitstream->empty()) {
         constexpr std::int64_t kBytesPerTriangle =
             288;  // the triangle, its neighbours, and what decoding keeps (measured: 99 to 279)
@@ -38,13 +39,14 @@ Expected<ResultDecoder> ResultDecoder::open(const std::filesystem::path& path, s
         }
         auto triangles = read_connectivity_bitstream(*bitstream, header.vertex_count, header.triangle_count);
         if (!triangles) return fail_within(where, triangles.error());
-        decoder.triangles_ = std::move(*triangles);
+        coded_triangles = std::move(*triangles);
     }
-    if (static_cast<std::int64_t>(decoder.triangles_.size()) != header.triangle_count)
+    if (static_cast<std::int64_t>(coded_triangles.size()) != header.triangle_count)
         return fail(ErrorCode::kCorrupt,
-                    "holds " + std::to_string(decoder.triangles_.size()) +
-                        " triangles where the header says " + std::to_string(header.triangle_count),
+                    "holds " + std::to_string(coded_triangles.size()) + " triangles where the header says " +
+                        std::to_string(header.triangle_count),
                     where);
+    decoder.mesh_ = std::make_shared<const MeshTopology>(std::move(coded_triangles), header.vertex_count);
     return decoder;
 }
 
@@ -85,7 +87,7 @@ Expected<std::unique_ptr<DecodedClip>> ResultDecoder::open_clip(std::int64_t ind
         return fail(ErrorCode::kLimit,
                     "one frame needs " + std::to_string(frame_bytes) + " bytes, more than --memory allows",
                     where);
-    auto clip = decode_clip(*bitstream, triangles_, components, memory_bytes_, executor);
+    auto clip = decode_clip(*bitstream, mesh_, components, memory_bytes_, executor);
     if (!clip) return fail_within(where, clip.error());
     return clip;
 }

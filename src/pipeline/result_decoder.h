@@ -20,7 +20,7 @@ class ResultDecoder {
     static Expected<ResultDecoder> open(const std::filesystem::path& path, std::int64_t memory_bytes);
 
     ResultReader& reader() const { return *reader_; }
-    const std::vector<Triangle>& triangles() const { return triangles_; }
+    const std::vector<Triangle>& triangles() const { return mesh_->triangles(); }
 
     /// Takes decoded frames, the first of which is frame `first_frame` of the result.
     using Visit = std::function<Expected<void>(std::int64_t first_frame, PositionsView frames)>;
@@ -49,7 +49,7 @@ class ResultDecoder {
     std::string path_;
     std::int64_t memory_bytes_ = 0;
     std::unique_ptr<ResultReader> reader_;
-    std::vector<Triangle> triangles_;
+    SharedMesh mesh_;
     Block decoding_, waiting_;
 };
 
