@@ -1,5 +1,5 @@
-"""The inverse cosine transform of docs/FORMAT.md, bit by bit; a part of independent_decoder.py. Complex numbers are pairs
-of float32, or of arrays of them, so that each operation of their parts is rounded by itself."""
+"""The inverse cosine transform of docs/FORMAT.md, bit by bit; a part of independent_decoder.py. Complex numbers are
+pairs of float32, or of arrays of them, so that each operation of their parts is rounded by itself."""
 
 import math
 
