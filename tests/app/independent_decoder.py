@@ -2,7 +2,8 @@
 proof that the document says enough. Slow; every step stands as plainly as it can. Integers are in
 independent_streams.py, triangles in independent_connectivity.py (independent_bits.py, independent_surface.py and
 independent_order.py are its coder 2), the static coder in independent_static.py (independent_bending.py,
-independent_surface_gluing.py and independent_vectors.py are parts of it), other clips here.
+independent_surface_gluing.py and independent_vectors.py are parts of it), PDCT in independent_pdct.py
+(independent_transform.py is its transform), RLPCA here; independent_clusters.py has what these two share.
 
 Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
        independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
@@ -22,63 +23,16 @@ except ImportError:
     print("skipped: needs python3-h5py and python3-numpy")
     sys.exit(77)
 
+from independent_clusters import (Contexts, decode_paths, decode_segmentation, decode_series, local_frames, mean_level,
+                                  neighbour_lists, open_streams, parse_clip, place_seeds, split_members)
 from independent_connectivity import decode_connectivity
+from independent_pdct import decode_pdct
 from independent_static import decode_static
-from independent_streams import Corrupt, Model, Reader, Stream, crc32c, int32, need
+from independent_streams import Corrupt, Reader, int32, need
+from independent_transform import check_transform
 
 
-# Clips
-
-
-def parse_clip(data):
-    reader = Reader(data)
-    need(reader.take(4) == b"BENC" and reader.get("B") == 1, "no clip of version 1")
-    method = reader.get("B")
-    need(method in (1, 3), "neither static nor RLPCA")
-    vertex_count, frame_count = reader.varint(2**31 - 1), reader.varint(2**31 - 1)
-    table = [(reader.get("B"), reader.varint(len(data))) for _ in range(reader.varint(6))]
-    numbers = [number for number, _ in table]
-    need(numbers == sorted(set(numbers)) and set(numbers) <= set(range(1, 7)), "sections out of order")
-    need(crc32c(data[:reader.at]) == reader.get("I"), "checksum of the clip's header")
-    need(vertex_count and frame_count, "a clip without vertices or frames")
-    sections = dict.fromkeys(range(1, 7), b"")
-    for number, size in table:
-        sections[number] = reader.take(size)
-        need(crc32c(sections[number]) == reader.get("I"), f"checksum of section {number}")
-    need(reader.left() == 0, "bytes left over")
-    return method, vertex_count, frame_count, sections
-
-
-def neighbour_lists(triangles, vertex_count):
-    neighbours = [[] for _ in range(vertex_count)]
-    for a, b, c in triangles:
-        neighbours[a].append(b)
-        neighbours[b].append(c)
-        neighbours[c].append(a)
-    return neighbours
-
-
-def decode_segmentation(payload, vertex_count, cluster_count, local, neighbours):
-    stream, agreed, disputed = Stream(payload), Model(0.1), Model(0.5)
-    labels = []
-    for v in range(vertex_count):
-        known = [labels[w] for w in neighbours[v] if w < v]
-        first = known[0] if known else labels[v - 1] if v else 0
-        second = next((label for label in known if label != first), None)
-        symbol = stream.value(agreed if second is None else disputed)
-        label = first if symbol == 0 else second if symbol == 1 else symbol - 2
-        need(label is not None and 0 <= label < cluster_count, "no such label")
-        labels.append(label)
-    anchor, other, seeds, last = Model(vertex_count / (cluster_count + 1)), Model(64.0), [], 0
-    for _ in range(cluster_count if local else 0):
-        a = last + stream.value(anchor)
-        b = a + stream.value(other)
-        c = a + stream.value(other)
-        need(0 <= min(a, b, c) and max(a, b, c) < vertex_count, "no such seed triangle")
-        seeds.append((a, b, c))
-        last = a
-    stream.finish()
-    return labels, seeds
+# RLPCA
 
 
 def traverse(members, owner, cluster, neighbours):
@@ -105,76 +59,12 @@ def traverse(members, owner, cluster, neighbours):
     return order, predecessors
 
 
-def deal_streams(sizes):
-    count = min(max((sum(sizes) + 32768) // 65536, 1), len(sizes))
-    streams, loads = [[] for _ in range(count)], [0] * count
-    for i in sorted(range(len(sizes)), key=lambda i: (-sizes[i], i)):
-        least = loads.index(min(loads))
-        streams[least].append(i)
-        loads[least] += sizes[i]
-    return streams
-
-
-def open_streams(reader, sizes):
-    """Pairs of clusters and the stream that holds them."""
-    dealt = deal_streams(sizes)
-    lengths = [reader.varint(reader.left()) for _ in dealt]
-    parts = [reader.take(length) for length in lengths]
-    need(reader.left() == 0, "bytes left over")
-    for clusters, part in zip(dealt, parts):
-        need(sum(sizes[i] for i in clusters) <= (8 * len(part) + 64) * 3024, "more values than the bytes can hold")
-    return [(clusters, Stream(part)) for clusters, part in zip(dealt, parts)]
-
-
-class Contexts:
-    """The models of one stream of section 3, 4 or 5."""
-
-    def __init__(self):
-        self.choice, self.change, self.last_class, self.classes = Model(1.0), Model(2.0), 16, {}
-        self.starts = [Model(2000.0), Model(100.0), Model(30.0)]
-
-    def begin_run(self, stream, choices):
-        choice = stream.value(self.choice)
-        need(0 <= choice < choices, "no such choice")
-        self.last_class = min(max(int32(self.last_class + stream.value(self.change)), 0), 55)
-        if self.last_class not in self.classes:
-            odd = self.last_class % 2
-            prior = (1.4142135623730951 if odd else 1.0) * 2.0**((self.last_class - odd) // 2 - 4)
-            self.classes[self.last_class] = Model(prior)
-        return choice, self.classes[self.last_class]
-
-
-def decode_series(stream, contexts, length):
-    order, model = contexts.begin_run(stream, 4)
-    x = []
-    for t in range(length):
-        residual = stream.value(contexts.starts[t] if t < order else model)
-        j = min(order, t)
-        if j == 0:
-            prediction = 0
-        elif j == 1:
-            prediction = x[t - 1]
-        elif j == 2:
-            prediction = 2 * x[t - 1] - x[t - 2]
-        else:
-            prediction = 3 * (x[t - 1] - x[t - 2]) + x[t - 3]
-        x.append(int32(residual + prediction))
-    return x
-
-
-SHARES = [np.float32(0), np.float32(1), np.float32(0.5), np.float32(1) / np.float32(3), np.float32(0.25)]
-ROUNDER = np.float32(12582912)
-
-
 def decode_column(stream, contexts, predecessors):
     choice, model = contexts.begin_run(stream, 2)
     column = []
     for places in predecessors:
         for k in range(3):
-            prediction = 0
-            if choice == 1:
-                s = np.float32(sum(column[3 * place + k] for place in places))
-                prediction = int((s * SHARES[len(places)] + ROUNDER) - ROUNDER)
+            prediction = mean_level([column[3 * place + k] for place in places]) if choice == 1 else 0
             value = int32(prediction + stream.value(model))
             need(abs(value) <= 2**21, "a level beyond the scale")
             column.append(value)
@@ -195,23 +85,13 @@ def dequantize(values, quantizer, bits):
     return np.float32(low) + levels.astype(np.float32) * np.float32(step)
 
 
-def local_frames(s, center, step):
-    """Rotations [F,3,3] and origins [F,3] of the nine series s[9][F]."""
-    rotation, rotations = np.eye(3), []
-    for u, w in zip(s[3:6].T, s[6:9].T):
-        normal = np.cross(u, w)
-        if u.any() and normal.any():
-            x, z = u / np.linalg.norm(u), normal / np.linalg.norm(normal)
-            rotation = np.array([x, np.cross(z, x), z])
-        rotations.append(rotation)
-    return np.array(rotations), center + step * (s[0:3] + 0.5 * s[3:6]).T
-
-
 def decode_clip(data, triangles, components=None):
     """Positions [F,V,3], from the first `components` components."""
     method, vertex_count, frame_count, sections = parse_clip(data)
     if method == 1:
         return decode_static(sections, triangles, vertex_count, frame_count)
+    if method == 5:
+        return decode_pdct(sections, triangles, vertex_count, frame_count)
     reader = Reader(sections[1])
     space, basis_bits, coefficient_bits, frame_bits = (reader.get("B") for _ in range(4))
     asked, cluster_count = reader.varint(4096), reader.varint(min(65535, vertex_count))
@@ -225,24 +105,12 @@ def decode_clip(data, triangles, components=None):
     need(vertex_count <= (8 * len(sections[2]) + 64) * 3024, "more vertices than the bytes can hold")
     neighbours = neighbour_lists(triangles, vertex_count)
     labels, seeds = decode_segmentation(sections[2], vertex_count, cluster_count, local, neighbours)
-    owner = list(labels)
-    for t in seeds:
-        for v in t:
-            owner[v] = -1
-    members = [[] for _ in clusters]
-    for v, i in enumerate(owner):
-        if i != -1:
-            members[i].append(v)
+    owner, members = split_members(labels, seeds, cluster_count)
     orders, predecessors = zip(*(traverse(members[i], owner, i, neighbours) for i in clusters))
 
     paths = {}
     if local:
-        for dealt, stream in open_streams(Reader(sections[3]), [9 * frame_count] * cluster_count):
-            contexts = Contexts()
-            for i in dealt:
-                paths[i] = np.array([decode_series(stream, contexts, frame_count) for _ in range(9)], np.float64)
-                need(np.abs(paths[i]).max() <= 4 * 2**frame_bits, "a seed triangle outside the lattice")
-            stream.finish()
+        paths = decode_paths(sections[3], cluster_count, frame_count, frame_bits)
     else:
         need(not sections[3], "frames in world space")
 
@@ -286,10 +154,7 @@ def decode_clip(data, triangles, components=None):
             q = np.array(bases[i], np.float64).T @ np.array(coefficients[i], np.float64)
         q = q.T.reshape(frame_count, len(orders[i]), 3)
         positions[:, list(orders[i])] = q @ rotations + origins[:, None]  # a row times T is T transposed times a column
-    for i in reversed(range(len(seeds))):
-        p1 = paths[i][0:3]
-        for corner, levels in enumerate((p1, p1 + paths[i][3:6], p1 + paths[i][6:9])):
-            positions[:, seeds[i][corner]] = center + step * levels.T
+    place_seeds(positions, seeds, paths, center, step)
     return positions
 
 
@@ -339,6 +204,23 @@ CASES = [
     ("static-soup-free", "jelly", 500, 1, "order: free\ncodec: {method: static, bits: 6}\n", None),
     ("free", "walker", 600, 20, "order: free\nsegmentation: {clusters: 6}\ncodec: {components: 5}\n", None),
     ("static-points", "jelly", 200, 2, "codec: {method: static, bits: 9}\n", None),
+    ("pdct-spatial", "walker", 300, 20, "segmentation: {clusters: 5}\ncodec: {method: pdct}\n", None),
+    ("pdct-spatial-few", "flag", 300, 12, "segmentation: {clusters: 4}\ncodec: {method: pdct, bits: 8, keep: 0.2}\n", None),
+    ("pdct-over-mesh", "walker", 300, 20,
+     "segmentation: {clusters: 12}\ncodec: {method: pdct, allocation: rd, bits: 10}\n", None),
+    ("pdct-temporal", "walker", 300, 19,
+     "segmentation: {clusters: 4}\ncodec: {method: pdct, transform: temporal, block: 4, intra_bits: 16}\n", None),
+    ("pdct-temporal-rd", "jelly", 300, 20,
+     "segmentation: {clusters: 3}\ncodec: {method: pdct, transform: temporal, block: 8, allocation: rd, bits: 9}\n", None),
+    ("pdct-free", "flag", 300, 6, "order: free\nsegmentation: {clusters: 3}\ncodec: {method: pdct, bits: 20}\n", None),
+    ("pdct-crowded", "jelly", 150, 6,
+     "segmentation: {clusters: 100}\ncodec: {method: pdct, transform: temporal, block: 16}\n", None),
+    ("pdct-still", "flag", 200, 1, "segmentation: {clusters: 3}\ncodec: {method: pdct}\n", None),
+    ("pdct-points", "jelly", 200, 12, "segmentation: {clusters: 7}\ncodec: {method: pdct, intra_bits: 9}\n", None),
+    ("pdct-points-prime", "walker", 200, 9, "segmentation: {clusters: 1}\ncodec: {method: pdct, allocation: rd}\n", None),
+    ("pdct-points-temporal", "jelly", 200, 15,
+     "segmentation: {clusters: 4}\ncodec: {method: pdct, transform: temporal, block: 5, allocation: rd}\n", None),
+    ("pdct-points-still", "flag", 200, 1, "segmentation: {clusters: 2}\ncodec: {method: pdct}\n", None),
     ("streams", "jelly", 4000, 30, "segmentation: {clusters: 8}\ncodec: {components: 12}\n", None),
 ]
 
@@ -375,7 +257,7 @@ def check_older_coder():
     written = bytes.fromhex("42454e4d0101161b462f46e05c00d78b5e005016bdc46ba2fba03eff9f8b211b050d090805030e0808090a090d02"
                             "071805060709080d05050412031000060e0508090504010d203c303e7c108151001d4e13e5")
     need(decode_connectivity(written) == (22, list(map(list, triangles))), "triangles of connectivity coder 1 differ")
-    print(f"{'coder 1':<12} {len(triangles):>6} triangles alike")
+    print(f"{'coder 1':<24} {len(triangles):>6} triangles alike")
 
 
 def run(binary, folder, *arguments):
@@ -385,9 +267,13 @@ def run(binary, folder, *arguments):
 
 def compare(binary, folder, name, kind, vertices, frames, keys, components):
     run(binary, folder, "synth", kind, "-o", f"{name}.h5", "--vertices", vertices, "--frames", frames)
-    if name in ("points", "long", "static-points"):
+    if name in ("points", "long", "static-points") or name.startswith("pdct-points"):
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             del file["triangles"]
+            if name == "pdct-points-prime":  # 59 points and a seed triangle
+                positions = file["positions"][:, :62]
+                del file["positions"]
+                file["positions"] = positions
     if name == "world" or name.startswith("static-odd"):
         shuffle_triangles(folder / f"{name}.h5")
     if name.startswith("static-collapsed"):  # triangles without a normal
@@ -416,7 +302,7 @@ def compare(binary, folder, name, kind, vertices, frames, keys, components):
     need(positions.shape == expected.shape, f"{name}: {positions.shape} and {expected.shape}")
     side = np.ptp(expected.reshape(-1, 3), axis=0).max()
     difference = np.abs(positions - expected).max() / side
-    print(f"{name:<12} {len(triangles):>6} triangles alike, positions within {difference:.1e} of the largest side")
+    print(f"{name:<24} {len(triangles):>6} triangles alike, positions within {difference:.1e} of the largest side")
     exact = name.startswith("static")  # where decoding feeds back, every bit is the same
     need(difference <= (0 if exact else 1e-5), f"{name}: the positions differ")
 
@@ -433,6 +319,7 @@ def main():
         sys.exit(__doc__)
     binary = Path(sys.argv[1]).resolve()
     check_older_coder()
+    check_transform()
     with tempfile.TemporaryDirectory(prefix="batchenc-") as folder:
         for case in CASES:
             compare(binary, Path(folder), *case)

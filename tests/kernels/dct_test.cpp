@@ -6,6 +6,9 @@
 #include <random>
 #include <vector>
 
+#include "kernels/byte_stream.h"
+#include "kernels/crc32c.h"
+
 namespace batchenc {
 namespace {
 
@@ -100,6 +103,23 @@ TEST(Dct, LanesDoNotSeeEachOther) {
             ASSERT_EQ(all[static_cast<std::size_t>(k * kDctLanes + lane)],
                       few[static_cast<std::size_t>(k * kDctLanes + lane)]);
     }
+}
+
+// The order of points hangs on these bits (docs/FORMAT.md, which has the number too).
+TEST(Dct, InverseOfOneSignalIsTheSameBitsEverywhere) {
+    ByteWriter out;
+    for (std::int64_t n = 1; n <= 130; ++n) {
+        const Dct dct(n);
+        std::vector<float> values(static_cast<std::size_t>(n * kDctLanes), 0.0f);
+        std::vector<float> workspace(static_cast<std::size_t>(dct.workspace_size()));
+        for (std::int64_t k = 0; k < n; ++k)
+            values[static_cast<std::size_t>(k * kDctLanes)] =
+                static_cast<float>((k * k + 3 * k + n) % 29 - 14);
+        dct.inverse(values.data(), workspace.data());
+        for (std::int64_t i = 0; i < n; ++i)
+            out.put(values[static_cast<std::size_t>(i * kDctLanes)] + 0.0f);  // -0 becomes 0
+    }
+    EXPECT_EQ(crc32c(out.take()), 0x71e4f45au);
 }
 
 }  // namespace
