@@ -141,6 +141,10 @@ NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
             fit.exponent >= 0.0f ? fit.exponent : own.exponent, fit.cosine >= 0.0f ? fit.cosine : own.cosine};
 }
 
+bool has_components(CodecMethod method) {
+    return method == CodecMethod::kRlpca || method == CodecMethod::kOrlpca || method == CodecMethod::kRtpca;
+}
+
 bool uses_clusters(CodecMethod method) {
     return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
 }

@@ -130,6 +130,9 @@ struct CodecParameters {
 
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.
 bool uses_clusters(CodecMethod method);
+/// Whether a coder describes each clip by components of its own, so that a clip of one kind of motion needs
+/// fewer of them.
+bool has_components(CodecMethod method);
 
 /// Whether every value is in its range above.
 bool is_in_range(const NormalFit& fit);

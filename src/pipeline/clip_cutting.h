@@ -9,8 +9,8 @@
 namespace batchenc {
 
 /// Frames of the longest clip that `clips.length: auto` makes: 4096, or what keeps a clip's positions at 192
-/// MiB, but at least 32. Where every frame is coded by itself all clips are that long, and 32 MiB are enough.
-/// The same for any --memory, so that the cuts are.
+/// MiB, but at least 32. Without cuts by motion all clips are that long; where every frame is coded by
+/// itself, 32 MiB are enough. The same for any --memory, so that the cuts are.
 std::int64_t longest_automatic_clip(CodecMethod method, std::int64_t vertex_count);
 
 /// Reads the frames of the job a block at a time and cuts them where their motion changes

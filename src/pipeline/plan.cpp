@@ -44,8 +44,7 @@ Expected<void> plan_source(JobPlan& plan) {
     plan.header.fps = clip.fps();
     plan.header.name = clip.name();
     const std::int64_t frame_count = plan.header.frame_count;
-    // A coder whose frames decode by themselves gains nothing from what frames have in common.
-    plan.cuts_by_motion = job.clip_length == kAutomaticClips && uses_clusters(job.codec.method);
+    plan.cuts_by_motion = job.clip_length == kAutomaticClips && has_components(job.codec.method);
     plan.clip_length = frame_count;
     if (job.clip_length > 0) plan.clip_length = std::min(job.clip_length, frame_count);
     if (job.clip_length == kAutomaticClips)
@@ -136,9 +135,9 @@ std::int64_t clip_memory_bytes(const JobPlan& plan) {
     const std::int64_t tables =
         (96 + 8 * std::int64_t{std::min(plan.job.codec.components, 64)}) * clusters * plan.clip_length;
     const std::int64_t svd = clusters < 8 ? 2 * 12 * vertices * plan.clip_length : 0;
-    // Triangles, and what coding them keeps of each (measured: 236 bytes); sums of the error meter and labels
-    // a vertex.
-    const std::int64_t job = 256 * plan.header.triangle_count + 160 * vertices + 80 * plan.header.frame_count;
+    // Triangles, and what coding them keeps of each (measured: 236 bytes); of a vertex sums of the error
+    // meter, labels, and what all clips derive from the triangles.
+    const std::int64_t job = 256 * plan.header.triangle_count + 320 * vertices + 80 * plan.header.frame_count;
     return clip + theta + tables + svd + job;
 }
 

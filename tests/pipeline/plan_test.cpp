@@ -56,6 +56,10 @@ TEST_F(Plan, LeavesAutomaticClipsToTheJobsBeginning) {
     EXPECT_EQ(longest_automatic_clip(CodecMethod::kStatic, 1 << 28), 1);
     const std::string by_frames = "clips: {length: auto}\nsweep: {codec.method: [static]}\n";
     EXPECT_FALSE(plan(make_job("c", "sheet.h5", by_frames)).cuts_by_motion);
+    // A coder of clusters without components: long clips, which save first frames.
+    const std::string by_transforms = "clips: {length: auto}\nsweep: {codec.method: [pdct]}\n";
+    EXPECT_FALSE(plan(make_job("d", "sheet.h5", by_transforms)).cuts_by_motion);
+    EXPECT_EQ(longest_automatic_clip(CodecMethod::kPdct, 200000), 83);
 }
 
 TEST_F(Plan, RefusesFramesThatTheClipDoesNotHave) {
