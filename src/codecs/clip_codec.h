@@ -37,7 +37,8 @@ struct EncodedClip {
 ///
 /// positions: F x V, both at least 1, finite. mesh: of V vertices. segmentation: of this clip;
 /// of coders without clusters (uses_clusters) anything. The bytes do not depend on the executor. Errors:
-/// kInvalidArgument, kUnsupported (parameters), kNotFinite (frame and vertex named), kNumerical (LAPACK).
+/// kInvalidArgument, kUnsupported (parameters), kNotFinite (frame and vertex named), kNumerical (LAPACK),
+/// kLimit (coordinates, or what PDCT makes of them, beyond what the coder can hold).
 Expected<EncodedClip> encode_clip(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor);

@@ -12,6 +12,7 @@
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/signal_order.h"
+#include "kernels/temporal_series.h"
 
 namespace batchenc {
 namespace {
@@ -22,13 +23,16 @@ constexpr float kErrorPerBit = 0.1155f;
 
 constexpr float kNever = std::numeric_limits<float>::infinity();  // the cost of what cannot be coded
 
+/// Magnitude of what is quantised, in steps, at most: a level is the difference of two such.
+constexpr float kLargestTarget = 1073741824.0f;  // 2^30
+
 /// Levels of one cluster as they are coded: rows of 3n.
 struct CodedCluster {
     bool over_mesh = false;  // rows hold residuals of prediction over the mesh, not transforms along it
     std::vector<std::int32_t> intra;
     std::unique_ptr<std::int32_t[]> levels;
     std::size_t row_size = 0;  // 3n
-    float cost = 0.0f;         // squared error in steps and what the bits are worth
+    float cost = 0.0f;         // squared error in steps and what the bits are worth; kNever: not coded
 
     std::span<std::int32_t> row(std::int64_t r) {
         return {levels.get() + static_cast<std::size_t>(r) * row_size, row_size};
@@ -36,8 +40,8 @@ struct CodedCluster {
 };
 
 std::int32_t round_to_level(float value) {
-    constexpr float kLimit = 536870912.0f;  // 2^29
-    const float bounded = std::clamp(value, -kLimit, kLimit);
+    constexpr float kLimit = 2147483520.0f;                            // the last one before 2^31
+    const float bounded = std::max(std::min(kLimit, value), -kLimit);  // of NaN too
     return static_cast<std::int32_t>(bounded + (bounded < 0.0f ? -0.5f : 0.5f));
 }
 
@@ -52,7 +56,8 @@ class Quantizer {
           per_step_(step > 0.0f ? 1.0f / step : 0.0f),
           size_(static_cast<std::size_t>(3 * transform.columns())) {}
 
-    /// values: rows of transformed (or, over the mesh, local) coordinates, transform.stride() apart.
+    /// values: rows of transformed (or, over the mesh, local) coordinates, transform.stride() apart. The cost
+    /// is kNever where they are too large, and the levels then nothing.
     CodedCluster quantize(const float* values, std::int64_t rows, bool over_mesh) {
         CodedCluster coded;
         coded.over_mesh = over_mesh;
@@ -67,7 +72,17 @@ class Quantizer {
             for (std::int32_t& level : opening) level = predict_block(level, length_before, length);
             for (std::int64_t t = 0; t < length; ++t) {
                 const float* row = values + (first + t) * transform_.stride();
-                for (std::size_t j = 0; j < size_; ++j) targets_[j] = row[j] * per_step_;
+                float* targets = targets_.data();
+                std::int32_t beyond = 0;  // a number, so that the loop vectorises
+                for (std::size_t j = 0; j < size_; ++j) {
+                    const float target = row[j] * per_step_;
+                    beyond |= std::abs(target) <= kLargestTarget ? 0 : 1;
+                    targets[j] = target;
+                }
+                if (beyond != 0) {
+                    coded.cost = kNever;
+                    return coded;
+                }
                 if (t == 0)
                     for (std::size_t j = 0; j < size_; ++j) targets_[j] -= static_cast<float>(opening[j]);
                 const std::span<std::int32_t> coded_row = coded.row(first + t);
@@ -77,6 +92,7 @@ class Quantizer {
                     coded.cost += choose_by_cost(memory, static_cast<std::size_t>(t), coded_row);
                 else
                     choose_largest(coded_row);
+                if (coded.cost == kNever) return coded;
                 if (t > 0) continue;
                 const std::int32_t* chosen = over_mesh ? deltas_.data() : coded_row.data();
                 for (std::size_t j = 0; j < size_; ++j) opening[j] += chosen[j];
@@ -158,7 +174,7 @@ class Quantizer {
             row[j] = cheapest(targets_[j] - static_cast<float>(predicted[j % 3]),
                               RowContexts::class_of(memory.expectation(j)), cost);
             memory.set(j, row[j]);
-            deltas_[j] = predicted[j % 3] + row[j];
+            deltas_[j] = wrapping_sum(predicted[j % 3], row[j]);
             if (deltas_[j] > kLargestPredictable || deltas_[j] < -kLargestPredictable)
                 return kNever;  // no decoder takes it
         }
@@ -191,7 +207,7 @@ struct Clip {
 };
 
 /// The first frame of a cluster of points, by transform of its local coordinates; `local` becomes what is
-/// decoded of it.
+/// decoded of it. No levels where they would be too large.
 std::vector<std::int32_t> code_points(const Clip& clip, const ClusterTransform& transform,
                                       std::vector<float>& local, std::vector<float>& workspace) {
     const float step = clip.header.intra_step();
@@ -199,14 +215,16 @@ std::vector<std::int32_t> code_points(const Clip& clip, const ClusterTransform& 
     const std::size_t size = static_cast<std::size_t>(3 * transform.columns());
     std::vector<std::int32_t> levels;
     for (std::size_t j = 0; j < size; ++j) {
-        levels.push_back(step > 0.0f ? round_to_level(local[j] / step) : 0);
+        const float target = step > 0.0f ? local[j] / step : 0.0f;
+        if (!(std::abs(target) <= kLargestTarget)) return {};
+        levels.push_back(round_to_level(target));
         local[j] = static_cast<float>(levels.back()) * step;
     }
     transform.inverse_space(local.data(), 1, workspace.data());
     return levels;
 }
 
-/// Transforms a cluster and chooses its levels.
+/// Transforms a cluster and chooses its levels; costs kNever where they would be too large.
 CodedCluster code_cluster(const Clip& clip, std::size_t i) {
     const std::vector<std::int32_t>& members = clip.in.members[i];
     if (members.empty()) return {};
@@ -220,6 +238,11 @@ CodedCluster code_cluster(const Clip& clip, std::size_t i) {
     if (clip.is_points) {
         to_local(clip.positions.at(0, 0), members, track, 0, base.data());
         intra = code_points(clip, transform, base, workspace);
+        if (intra.empty()) {
+            CodedCluster none;
+            none.cost = kNever;
+            return none;
+        }
         traversal = order_points(members, std::span(base).first(3 * members.size()));
     } else {
         traversal =
@@ -279,8 +302,8 @@ std::vector<std::uint8_t> code_stream(const Clip& clip, const std::vector<std::i
     return encoder.finish();
 }
 
-/// The section of levels: which clusters are coded over the mesh, then the streams.
-std::vector<std::uint8_t> coefficients_section(const Clip& clip, const Executor& executor) {
+/// The section of levels: which clusters are coded over the mesh, then the streams. Error: kLimit.
+Expected<std::vector<std::uint8_t>> coefficients_section(const Clip& clip, const Executor& executor) {
     const std::size_t cluster_count = clip.in.members.size();
     std::vector<std::int64_t> values;
     for (const auto& members : clip.in.members)
@@ -292,8 +315,16 @@ std::vector<std::uint8_t> coefficients_section(const Clip& clip, const Executor&
             const auto i = static_cast<std::size_t>(clusters[static_cast<std::size_t>(k)]);
             coded[i] = code_cluster(clip, i);
         });
-        return code_stream(clip, clusters, coded);
+        const bool fits = std::all_of(clusters.begin(), clusters.end(), [&](std::int32_t i) {
+            return coded[static_cast<std::size_t>(i)].cost < kNever;
+        });
+        return fits ? code_stream(clip, clusters, coded) : std::vector<std::uint8_t>();
     });
+    for (const CodedCluster& cluster : coded) {
+        if (!(cluster.cost < kNever))
+            return fail(ErrorCode::kLimit,
+                        "coefficients of more than 2^30 steps; give fewer bits or more clusters");
+    }
     ByteWriter out;
     std::uint8_t flags = 0;
     for (std::size_t i = 0; i < cluster_count; ++i) {
@@ -356,7 +387,9 @@ Expected<EncodedClip> encode_pdct(PositionsView positions, const MeshTopology& m
                           write_segmentation(segmentation.labels, segmentation.seed_triangles,
                                              header.cluster_count, adjacency));
     sections.emplace_back(SectionId::kFrames, write_paths(paths, positions.frame_count(), executor));
-    sections.emplace_back(SectionId::kCoefficients, coefficients_section(clip, executor));
+    auto coefficients = coefficients_section(clip, executor);
+    if (!coefficients) return tl::unexpected(coefficients.error());
+    sections.emplace_back(SectionId::kCoefficients, std::move(*coefficients));
     if (!clip.is_points) sections.emplace_back(SectionId::kResiduals, std::move(first_frame));
     EncodedClip encoded;
     encoded.bitstream =

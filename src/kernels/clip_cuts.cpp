@@ -17,6 +17,7 @@ constexpr std::int64_t kCandidates = 4096;           // vertices that samples ar
 constexpr std::size_t kGroupMembers = 12;            // samples a group, at most
 constexpr std::size_t kNearRuns = 64, kFarRuns = 8;  // beginnings farther back are tried in steps
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnknown = 1e100;  // bits of a clip whose distances float32 does not hold
 
 }  // namespace
 
@@ -138,7 +139,8 @@ std::vector<double> ClipCutter::bits_of_clips(const Group& group, bool is_last) 
         spread.diagonal().array() += 1.0;
         cholesky.compute(spread);
         const double per_value = cholesky.matrixLLT().diagonal().array().log2().sum();
-        bits.push_back(per_value * (3.0 * group.vertex_count + frames));
+        const double sum_of_values = per_value * (3.0 * group.vertex_count + frames);
+        bits.push_back(std::isfinite(sum_of_values) ? sum_of_values : kUnknown);
     }
     return bits;
 }

@@ -333,7 +333,7 @@ Dct::Dct(std::int64_t length) : length_(length), work_length_(length) {
         const auto [re, im] = root_of_unity(k * k % (2 * length), 2 * length);
         chirp_[static_cast<std::size_t>(2 * k)] = re;
         chirp_[static_cast<std::size_t>(2 * k + 1)] = im;
-        for (const std::int64_t place : {k, (work_length_ - k) % work_length_}) {
+        for (const std::int64_t place : {k, k == 0 ? k : work_length_ - k}) {
             rows[static_cast<std::size_t>(place * kDctLanes)] = re * scale;
             rows[static_cast<std::size_t>(place * kDctLanes + kDctLanes / 2)] = -im * scale;
         }

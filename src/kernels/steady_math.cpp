@@ -1,8 +1,16 @@
 #include "kernels/steady_math.h"
 
 #include <bit>
+#include <cfloat>
 #include <cmath>
 #include <cstdint>
+
+// What encoders and decoders both compute rests on every operation being rounded by itself, here and in all
+// other files that are built alike. -ffp-contract=off comes with the layers (cmake/Layer.cmake).
+#ifdef __FAST_MATH__
+#error "with -ffast-math decoders would find other numbers than encoders did"
+#endif
+static_assert(FLT_EVAL_METHOD == 0, "float and double must be computed in their own precision");
 
 namespace batchenc {
 namespace {

@@ -201,6 +201,39 @@ TEST(Pdct, RefusesWhatFloat32CannotCarry) {
     }
 }
 
+// Everything but a cluster's seed triangle stays in the far corner while the triangle turns about: the local
+// coordinates move by twice the box' diagonal, over and over again, all in one coefficient of a block.
+TEST(Pdct, RefusesCoefficientsBeyondTheirRange) {
+    constexpr std::int64_t kVertices = 1200, kBlock = 256;
+    MeshSequence clip;
+    clip.vertex_count = kVertices;
+    clip.frame_count = 1 + kBlock;
+    for (std::int64_t f = 0; f < clip.frame_count; ++f) {
+        const float side = f == 0 ? 0.01f : -0.01f;
+        clip.positions.insert(clip.positions.end(), {0, 0, 0, side, 0, 0, 0, side, 0});
+        for (std::int64_t v = 3; v < kVertices; ++v)
+            clip.positions.insert(clip.positions.end(), {1, 1, static_cast<float>(v % 2)});
+    }
+    Segmentation segmentation;
+    segmentation.labels.assign(kVertices, 0);
+    segmentation.seed_triangles = {{0, 1, 2}};
+    CodecParameters parameters;
+    parameters.method = CodecMethod::kPdct;
+    parameters.transform = kTemporal;
+    parameters.block = kBlock;
+    for (const CoefficientAllocation allocation : {kRd, kFixed}) {
+        parameters.allocation = allocation;
+        parameters.bits = 20;
+        const auto refused = encode_clip(clip.view(), clip.triangles, segmentation, parameters, kSerial);
+        ASSERT_FALSE(refused);
+        EXPECT_EQ(refused.error().code, ErrorCode::kLimit);
+    }
+    parameters.bits = 17;
+    const auto encoded = encode_clip(clip.view(), clip.triangles, segmentation, parameters, kSerial);
+    ASSERT_TRUE(encoded) << encoded.error().to_string();
+    EXPECT_LE(rmse(clip.view(), decode(clip, encoded->bitstream).view()), 1e-4);
+}
+
 TEST(Pdct, RejectsParametersOutsideTheirRange) {
     CodecParameters good;
     good.method = CodecMethod::kPdct;

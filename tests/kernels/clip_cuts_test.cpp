@@ -110,5 +110,22 @@ TEST(ClipCuts, TakeWhatHardlyIsAClip) {
     EXPECT_EQ(std::accumulate(clips.begin(), clips.end(), std::int64_t{0}), 100);
 }
 
+// Distances that float32 does not hold are no numbers to the model: it still ends, with clips of allowed
+// lengths that fill the sequence.
+TEST(ClipCuts, TakeAnyFiniteCoordinates) {
+    for (const float size : {3.4e38f, 1e20f, 1e-20f, 1e-45f}) {
+        std::vector<float> positions;
+        for (int i = 0; i < 3 * 30 * 100; ++i) positions.push_back(i * i % 7 < 3 ? size : -size);
+        for (const bool local : {true, false}) {
+            ClipCutModel model;
+            model.local = local;
+            model.longest = 48;
+            const auto clips = cut(positions, 30, model);
+            EXPECT_EQ(std::accumulate(clips.begin(), clips.end(), std::int64_t{0}), 100) << size;
+            for (const std::int64_t clip : clips) EXPECT_LE(clip, 48) << size;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace batchenc

@@ -92,6 +92,32 @@ TEST(TbbExecutor, AWaitingThreadTakesUpNoOtherLoop) {
     EXPECT_EQ(taken_by_waiting_thread, 0);
 }
 
+// One part of a loop throws while another is inside a loop of its own: what comes after that one must not run
+// with indices left out.
+TEST(TbbExecutor, AnInnerLoopNeverReturnsWithIndicesLeftOut) {
+    constexpr int kCount = 4000;
+    std::atomic<int> calls = 0;
+    std::atomic<bool> has_returned = false;
+    run_with_threads(2, [&] {
+        const TbbExecutor executor(kNoStop);
+        const auto work = [&](std::int64_t role) {
+            if (role == 0) {
+                ASSERT_TRUE(await([&] { return calls > 0; })) << "two threads are needed";
+                throw std::runtime_error("outer");
+            }
+            executor.for_each(kCount, [&](std::int64_t) {
+                ++calls;
+                std::this_thread::sleep_for(std::chrono::microseconds(100));
+            });
+            has_returned = true;
+        };
+        EXPECT_THROW(executor.for_each(2, work), std::runtime_error);
+    });
+    if (has_returned) {
+        EXPECT_EQ(calls, kCount);
+    }
+}
+
 /// Threads that take part in a loop, which goes on until `wanted` of them have or ten seconds have passed.
 std::size_t threads_seen(int threads, std::size_t wanted) {
     std::mutex mutex;

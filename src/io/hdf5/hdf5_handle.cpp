@@ -10,6 +10,12 @@
 #include <limits>
 #include <new>
 
+// Threads use files of their own at once: the graph reads one while it writes another, and a block of frames
+// is visited, which may write, while the next one is read. HDF5's own lock is what makes that safe.
+#ifndef H5_HAVE_THREADSAFE
+#error "batchenc needs an HDF5 that was built thread-safe"
+#endif
+
 namespace batchenc::hdf5 {
 
 namespace {
