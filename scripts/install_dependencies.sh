@@ -9,7 +9,7 @@ packages=(
     libtbb-dev libopenblas-pthread-dev liblapacke-dev libeigen3-dev libhwy-dev
     libhdf5-dev libdeflate-dev libxxhash-dev libyaml-cpp-dev
     libcli11-dev libspdlog-dev libfmt-dev nlohmann-json3-dev libexpected-dev
-    libgtest-dev libbenchmark-dev
+    libgtest-dev libbenchmark-dev libzstd-dev
     python3 python3-numpy python3-h5py # the tests read results with a second reader
     "$@"
 )

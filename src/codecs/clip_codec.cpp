@@ -7,6 +7,7 @@
 #include "codecs/clip_bitstream.h"
 #include "codecs/pdct.h"
 #include "codecs/rlpca.h"
+#include "codecs/splitcoder.h"
 #include "codecs/static_coder.h"
 
 namespace batchenc {
@@ -24,6 +25,8 @@ Expected<EncodedClip> encode_with(PositionsView positions, const MeshTopology& m
     switch (parameters.method) {
         case CodecMethod::kStatic:
             return encode_static(positions, mesh, parameters, executor);
+        case CodecMethod::kSplitcoder:
+            return encode_splitcoder(positions, mesh, parameters, executor);
         case CodecMethod::kRlpca:
             return encode_rlpca(positions, mesh, segmentation, parameters, executor);
         case CodecMethod::kPdct:
@@ -37,6 +40,8 @@ Expected<ClipInfo> read_info(const ClipBitstream& clip) {
     switch (clip.method) {
         case CodecMethod::kStatic:
             return read_static_info(clip);
+        case CodecMethod::kSplitcoder:
+            return read_splitcoder_info(clip);
         case CodecMethod::kRlpca:
             return read_rlpca_info(clip);
         case CodecMethod::kPdct:
@@ -145,6 +150,8 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
     switch (clip->method) {
         case CodecMethod::kStatic:
             return decode_static(*clip, mesh, size_limit_bytes, executor);
+        case CodecMethod::kSplitcoder:
+            return decode_splitcoder(*clip, mesh, size_limit_bytes, executor);
         case CodecMethod::kRlpca:
             return decode_rlpca(*clip, mesh, components, size_limit_bytes, executor);
         case CodecMethod::kPdct:

@@ -175,7 +175,7 @@ Expected<PredictionForm> read_form(ByteReader& reader) {
     if (!variant) return tl::unexpected(variant.error());
     form.predictor = static_cast<GeometryPredictor>(*predictor);
     if (form.predictor == GeometryPredictor::kAuto || to_name(form.predictor) == "unknown" ||
-        *variant > (bends(form.predictor) ? 3 : 16))
+        !has_predictor(CodecMethod::kStatic, form.predictor) || *variant > (bends(form.predictor) ? 3 : 16))
         return corrupt("the predictor is unknown");
     if (!bends(form.predictor)) {
         form.curvature = *variant;
@@ -397,6 +397,13 @@ Expected<EncodedClip> encode_static(PositionsView positions, const MeshTopology&
     header.bits = parameters.bits;
     header.center = box.center();
     header.e_max = static_cast<float>(box.largest_side());
+    if (parameters.max_error > 0.0 || parameters.max_error_relative > 0.0) {
+        // The header says a bound by any e_max and bits that give it, or a little less.
+        header.bits = 12;
+        const double wanted = bound_of(parameters, box) * 4096.0;
+        header.e_max = static_cast<float>(wanted);
+        if (static_cast<double>(header.e_max) > wanted) header.e_max = std::nextafter(header.e_max, 0.0f);
+    }
     if (!std::isfinite(header.e_max))
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
     const std::vector<FrameEncoder::Stream> streams =
@@ -412,6 +419,12 @@ Expected<EncodedClip> encode_static(PositionsView positions, const MeshTopology&
     clip.bitstream = write_clip_bitstream(CodecMethod::kStatic, positions.vertex_count(),
                                           positions.frame_count(), sections);
     return clip;
+}
+
+double bound_of(const CodecParameters& parameters, const BoundingBox& box) {
+    if (parameters.max_error > 0.0) return parameters.max_error;
+    if (parameters.max_error_relative > 0.0) return parameters.max_error_relative * box.diagonal();
+    return box.largest_side() / static_cast<double>(std::int64_t{1} << parameters.bits);
 }
 
 Expected<ClipInfo> read_static_info(const ClipBitstream& clip) {

@@ -4,6 +4,7 @@
 
 #include "codecs/clip_bitstream.h"
 #include "codecs/clip_codec.h"
+#include "kernels/bounding_box.h"
 
 namespace batchenc {
 
@@ -17,6 +18,10 @@ namespace batchenc {
 /// on every 32nd frame, and the frames after it take the best of that frame's three smallest.
 Expected<EncodedClip> encode_static(PositionsView positions, const MeshTopology& mesh,
                                     const CodecParameters& parameters, const Executor& executor);
+
+/// The largest distance that a vertex may have from its source, world units: what the parameters' target
+/// says, or e_max / 2^bits. box: of the clip.
+double bound_of(const CodecParameters& parameters, const BoundingBox& box);
 
 /// Parameters and counts from the sections of a clip coded by encode_static. Errors: kCorrupt.
 Expected<ClipInfo> read_static_info(const ClipBitstream& clip);

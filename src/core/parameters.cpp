@@ -1,5 +1,6 @@
 #include "core/parameters.h"
 
+#include <limits>
 #include <string>
 
 namespace batchenc {
@@ -80,6 +81,22 @@ std::string_view to_name(GeometryPredictor predictor) {
             return "hops";
         case GeometryPredictor::kWeighted:
             return "weighted";
+        case GeometryPredictor::kTime:
+            return "time";
+        case GeometryPredictor::kSpace:
+            return "space";
+        case GeometryPredictor::kSpaceMultiway:
+            return "space-multiway";
+        case GeometryPredictor::kSpaceTime:
+            return "space-time";
+        case GeometryPredictor::kSpaceTimeMultiway:
+            return "space-time-multiway";
+        case GeometryPredictor::kLorenzo:
+            return "lorenzo";
+        case GeometryPredictor::kLorenzoMultiway:
+            return "lorenzo-multiway";
+        case GeometryPredictor::kReplica:
+            return "replica";
     }
     return "unknown";
 }
@@ -134,6 +151,18 @@ bool is_in_range(const NormalFit& fit) {
            (fit.cosine == -1.0f || (fit.cosine >= 0.0f && fit.cosine <= 1.0f));
 }
 
+std::string_view to_name(NormalPredictor predictor) {
+    switch (predictor) {
+        case NormalPredictor::kTime:
+            return "time";
+        case NormalPredictor::kSpace:
+            return "space";
+        case NormalPredictor::kSpaceTime:
+            return "space-time";
+    }
+    return "unknown";
+}
+
 NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
     const NormalFit own =
         predictor == GeometryPredictor::kHopi ? NormalFit{8, 2.68f, 0.9f} : NormalFit{18, 1.3f, 0.5f};
@@ -149,6 +178,18 @@ bool uses_clusters(CodecMethod method) {
     return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
 }
 
+bool has_bound(CodecMethod method) {
+    return method == CodecMethod::kStatic || method == CodecMethod::kSplitcoder;
+}
+
+bool has_predictor(CodecMethod method, GeometryPredictor predictor) {
+    if (predictor == GeometryPredictor::kAuto) return true;
+    const bool is_of_one_frame = predictor <= GeometryPredictor::kWeighted;
+    if (method != CodecMethod::kSplitcoder) return is_of_one_frame;
+    return !is_of_one_frame || predictor == GeometryPredictor::kFitted ||
+           predictor == GeometryPredictor::kLocalMultiway;
+}
+
 Expected<void> check_parameters(const SegmentationParameters& parameters) {
     if (to_name(parameters.method) == "unknown") {
         return fail(ErrorCode::kUnsupported, "segmentation method " +
@@ -160,17 +201,24 @@ Expected<void> check_parameters(const SegmentationParameters& parameters) {
     return check_range("segmentation.clusters", parameters.clusters, 0, 65535);
 }
 
-Expected<void> check_parameters(const CodecParameters& parameters) {
+Expected<void> check_values(const CodecParameters& parameters) {
     if (parameters.method != CodecMethod::kRlpca && parameters.method != CodecMethod::kStatic &&
-        parameters.method != CodecMethod::kPdct) {
-        return fail(ErrorCode::kUnsupported, "codec method '" + std::string(to_name(parameters.method)) +
-                                                 "' is not in this version; use rlpca, pdct or static");
+        parameters.method != CodecMethod::kPdct && parameters.method != CodecMethod::kSplitcoder) {
+        return fail(ErrorCode::kUnsupported,
+                    "codec method '" + std::string(to_name(parameters.method)) +
+                        "' is not in this version; use rlpca, pdct, splitcoder or static");
     }
     if (to_name(parameters.predictor) == "unknown") {
         return fail(ErrorCode::kUnsupported, "codec predictor " +
                                                  std::to_string(static_cast<int>(parameters.predictor)) +
                                                  " is not in this version");
     }
+    for (const double target : {parameters.max_error, parameters.max_error_relative}) {
+        if (!(target >= 0.0 && target < std::numeric_limits<double>::infinity()))
+            return fail(ErrorCode::kInvalidArgument, "codec.target: an error below 0 or not finite");
+    }
+    if (to_name(parameters.normal) == "unknown")
+        return fail(ErrorCode::kUnsupported, "codec normal predictor is not in this version");
     if (parameters.space != CoordinateSpace::kLocal && parameters.space != CoordinateSpace::kWorld) {
         return fail(
             ErrorCode::kUnsupported,
@@ -183,13 +231,33 @@ Expected<void> check_parameters(const CodecParameters& parameters) {
         return fail(ErrorCode::kUnsupported, "codec transform or allocation is not in this version");
     if (!(parameters.keep >= 0.0 && parameters.keep <= 1.0))
         return fail(ErrorCode::kInvalidArgument, "codec.keep is outside 0 to 1");
-    return check_range("codec.bits", parameters.bits, 4, parameters.method == CodecMethod::kPdct ? 20 : 24)
+    return check_range(
+               "codec.bits", parameters.bits, 4,
+               parameters.method == CodecMethod::kPdct || parameters.method == CodecMethod::kSplitcoder ? 20
+                                                                                                        : 24)
         .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
         .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
         .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); })
         .and_then([&] { return check_range("codec.block", parameters.block, 2, 256); })
         .and_then([&] { return check_range("codec.intra_bits", parameters.intra_bits, 4, 20); });
+}
+
+Expected<void> check_parameters(const CodecParameters& parameters) {
+    if (auto checked = check_values(parameters); !checked) return checked;
+    if (!has_predictor(parameters.method, parameters.predictor)) {
+        return fail(ErrorCode::kInvalidArgument,
+                    "codec.predictor '" + std::string(to_name(parameters.predictor)) +
+                        "' is not one of codec.method '" + std::string(to_name(parameters.method)) + "'");
+    }
+    if ((parameters.max_error > 0.0 || parameters.max_error_relative > 0.0) && !has_bound(parameters.method))
+        return fail(ErrorCode::kUnsupported, "codec.target: codec.method '" +
+                                                 std::string(to_name(parameters.method)) +
+                                                 "' keeps no bound on vertices; use splitcoder or static");
+    if (parameters.max_error > 0.0 && parameters.max_error_relative > 0.0)
+        return fail(ErrorCode::kInvalidArgument,
+                    "codec.target: max_error and max_error_relative exclude each other");
+    return {};
 }
 
 }  // namespace batchenc

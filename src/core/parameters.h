@@ -44,6 +44,23 @@ enum class GeometryPredictor : std::uint8_t {
     kHopi = 8,
     kHops = 9,
     kWeighted = 10,
+
+    // Of the splitcoder: from the frame before as well (5.4).
+    kTime = 11,               ///< local coordinates as in the frame before ("Duplicata")
+    kSpace = 12,              ///< parallelogram
+    kSpaceMultiway = 13,      ///< mean of parallelograms
+    kSpaceTime = 14,          ///< mean of time and parallelogram
+    kSpaceTimeMultiway = 15,  ///< mean of time and mean of parallelograms
+    kLorenzo = 16,            ///< parallelogram of time differences (extended Lorenzo)
+    kLorenzoMultiway = 17,    ///< mean over all gates
+    kReplica = 18,            ///< the neighbouring triangle's affine motion along
+};
+
+/// How the splitcoder predicts the bending angle at a gate (5.4).
+enum class NormalPredictor : std::uint8_t {
+    kTime = 0,       ///< as in the frame before
+    kSpace = 1,      ///< by the angles decoded nearby in this frame
+    kSpaceTime = 2,  ///< mean of both
 };
 
 /// How the tangential components are predicted where the bending angle is (3.2.3).
@@ -90,6 +107,7 @@ std::string_view to_name(MeshOrder order);
 std::string_view to_name(TangentialPredictor predictor);
 std::string_view to_name(CoefficientAllocation allocation);
 std::string_view to_name(PdctTransform transform);
+std::string_view to_name(NormalPredictor predictor);
 
 /// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
 inline constexpr std::int32_t kMostAutomaticClusters = 1024;
@@ -105,9 +123,12 @@ struct SegmentationParameters {
 struct CodecParameters {
     CodecMethod method = CodecMethod::kRlpca;
 
-    // static, and the first frame of pdct
-    std::int32_t bits = 12;  ///< static: bits of a coordinate over e_max, 4 … 24: no vertex is farther from
-                             ///< its source than e_max / 2^bits; pdct: of a coefficient likewise, 4 … 20
+    // static, splitcoder, and the first frame of pdct
+    std::int32_t bits = 12;  ///< static, splitcoder: no vertex is farther from its source than e_max /
+                             ///< 2^bits, 4 … 24 and 4 … 20; pdct: bits of a coefficient over e_max, 4 … 20
+    double max_error = 0.0;  ///< static, splitcoder: world units; no vertex is farther from its source than
+                             ///< this, whatever the bits; 0: no such target
+    double max_error_relative = 0.0;  ///< likewise, as part of the diagonal of the bounding box of the frames
     GeometryPredictor predictor = GeometryPredictor::kAuto;
     TangentialPredictor tangential = TangentialPredictor::kFitted;
     NormalFit fit = {};
@@ -120,6 +141,9 @@ struct CodecParameters {
     std::int32_t coefficient_bits = 12;  ///< bits of a coefficient over its matrix' range, 2 … 20
     std::int32_t frame_bits = 16;  ///< bits of a seed triangle's coordinate over e_max, 4 … 22; pdct too
 
+    // splitcoder
+    NormalPredictor normal = NormalPredictor::kTime;
+
     // pdct
     PdctTransform transform = PdctTransform::kSpatial;
     CoefficientAllocation allocation = CoefficientAllocation::kFixed;
@@ -130,6 +154,11 @@ struct CodecParameters {
 
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.
 bool uses_clusters(CodecMethod method);
+/// Whether a coder keeps a bound on every vertex, so that it takes the targets max_error and
+/// max_error_relative.
+bool has_bound(CodecMethod method);
+/// Whether a coder knows a predictor; every coder knows `auto`.
+bool has_predictor(CodecMethod method, GeometryPredictor predictor);
 /// Whether a coder describes each clip by components of its own, so that a clip of one kind of motion needs
 /// fewer of them.
 bool has_components(CodecMethod method);
@@ -145,5 +174,7 @@ NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor);
 /// this build does not have (kUnsupported).
 Expected<void> check_parameters(const SegmentationParameters& parameters);
 Expected<void> check_parameters(const CodecParameters& parameters);
+/// The same but for what one parameter asks of another, such as the predictors of a method.
+Expected<void> check_values(const CodecParameters& parameters);
 
 }  // namespace batchenc

@@ -32,7 +32,9 @@ Expected<void> assign_value(const JobKey& key, const JobValue& value, TextPositi
                             const std::string& file, JobDraft& draft) {
     JobDraft probe;
     key.assign(probe, value);
-    if (auto checked = check_codec_and_segmentation(probe.job); !checked) {
+    const auto checked =
+        check_parameters(probe.job.segmentation).and_then([&] { return check_values(probe.job.codec); });
+    if (!checked) {
         return fail_within(place_in(file, at), checked.error());
     }
     key.assign(draft, value);
@@ -184,7 +186,8 @@ class JobReader {
         std::string yaml;
         for (const JobKey& key : job_keys()) {
             const std::size_t dot = key.path.rfind('.');
-            const std::string indent = dot == std::string_view::npos ? "" : "  ";
+            const auto levels = std::count(key.path.begin(), key.path.end(), '.');
+            const std::string indent(2 * static_cast<std::size_t>(levels), ' ');
             const std::string word(key.path.substr(dot + 1));  // npos + 1 is 0
             if (key.type == JobKeyType::kMapping) yaml += indent + word + ":\n";
             if (key.show) yaml += indent + word + ": " + key.show(draft) + "\n";

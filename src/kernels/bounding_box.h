@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "core/mesh_sequence.h"
 
@@ -17,6 +18,15 @@ struct BoundingBox {
         double side = 0.0;
         for (std::size_t c = 0; c < 3; ++c) side = std::max(side, static_cast<double>(high[c]) - low[c]);
         return side;
+    }
+
+    double diagonal() const {
+        double squared = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double side = static_cast<double>(high[c]) - low[c];
+            squared += side * side;
+        }
+        return std::sqrt(squared);
     }
 
     std::array<float, 3> center() const {

@@ -19,4 +19,8 @@ std::int64_t longest_automatic_clip(CodecMethod method, std::int64_t vertex_coun
 Expected<std::vector<ClipSpan>> cut_by_motion(const JobPlan& plan, const Executor& executor,
                                               const std::atomic<bool>& stop);
 
+/// The diagonal of the bounding box of all frames of the job, world units; reads them a block at a time.
+/// Errors as above.
+Expected<double> diagonal_of(const JobPlan& plan, const Executor& executor, const std::atomic<bool>& stop);
+
 }  // namespace batchenc

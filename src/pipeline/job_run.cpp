@@ -51,11 +51,19 @@ std::vector<float> measure_vertex_rmse(PositionsView source, PositionsView decod
 }  // namespace
 
 Expected<void> JobRun::cut(const std::atomic<bool>& stop) {
+    const Stopwatch watch;
+    if (codec_.max_error_relative > 0.0 && plan_.clip_length < plan_.header.frame_count) {
+        // A clip does not know the others' bounding boxes.
+        auto diagonal = guarded(stop, [&] { return diagonal_of(plan_, executor_, stop); });
+        cut_time_s_ = watch.seconds();
+        if (!diagonal) return tl::unexpected(diagonal.error());
+        codec_.max_error = codec_.max_error_relative * *diagonal;
+        codec_.max_error_relative = 0.0;
+    }
     if (!plan_.cuts_by_motion) {
         clips_ = plan_.even_clips();
         return {};
     }
-    const Stopwatch watch;
     clips_ = {{0, plan_.header.frame_count}};
     auto clips = guarded(stop, [&] { return cut_by_motion(plan_, executor_, stop); });
     cut_time_s_ = watch.seconds();
@@ -145,7 +153,7 @@ Expected<void> JobRun::code(ClipInFlight& clip) {
     Expected<EncodedClip> encoded;
     executor_.for_each(clip.index == 0 ? 2 : 1, [&](std::int64_t task) {
         if (task == 0)
-            encoded = encode_clip(source, *mesh_, clip.segmentation, plan_.job.codec, executor_);
+            encoded = encode_clip(source, *mesh_, clip.segmentation, codec_, executor_);
         else
             connectivity = code_connectivity();
     });

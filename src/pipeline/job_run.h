@@ -24,7 +24,8 @@ namespace batchenc {
 class JobRun {
  public:
     /// plan: one that runs. Both outlive the object.
-    JobRun(const JobPlan& plan, const Executor& executor) : plan_(plan), executor_(executor) {}
+    JobRun(const JobPlan& plan, const Executor& executor)
+        : plan_(plan), codec_(plan.job.codec), executor_(executor) {}
 
     const JobPlan& plan() const { return plan_; }
 
@@ -63,6 +64,7 @@ class JobRun {
     Expected<void> finish();
 
     const JobPlan& plan_;
+    CodecParameters codec_;  // the job's; a relative target becomes one in world units
     const Executor& executor_;
 
     std::vector<ClipSpan> clips_;

@@ -2,8 +2,9 @@
 proof that the document says enough. Slow; every step stands as plainly as it can. Integers are in
 independent_streams.py, triangles in independent_connectivity.py (independent_bits.py, independent_surface.py and
 independent_order.py are its coder 2), the static coder in independent_static.py (independent_bending.py,
-independent_surface_gluing.py and independent_vectors.py are parts of it), PDCT in independent_pdct.py
-(independent_transform.py is its transform), RLPCA here; independent_clusters.py has what these two share.
+independent_surface_gluing.py and independent_vectors.py are parts of it), SplitCoder in
+independent_split.py, PDCT in independent_pdct.py (independent_transform.py is its transform), RLPCA here;
+independent_clusters.py has what these two share.
 
 Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
        independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
@@ -27,6 +28,7 @@ from independent_clusters import (Contexts, decode_paths, decode_segmentation, d
                                   neighbour_lists, open_streams, parse_clip, place_seeds, split_members)
 from independent_connectivity import decode_connectivity
 from independent_pdct import decode_pdct
+from independent_split import decode_split
 from independent_static import decode_static
 from independent_streams import Corrupt, Reader, int32, need
 from independent_transform import check_transform
@@ -90,6 +92,8 @@ def decode_clip(data, triangles, components=None):
     method, vertex_count, frame_count, sections = parse_clip(data)
     if method == 1:
         return decode_static(sections, triangles, vertex_count, frame_count)
+    if method == 2:
+        return decode_split(sections, triangles, vertex_count, frame_count)
     if method == 5:
         return decode_pdct(sections, triangles, vertex_count, frame_count)
     reader = Reader(sections[1])
@@ -221,6 +225,18 @@ CASES = [
     ("pdct-points-temporal", "jelly", 200, 15,
      "segmentation: {clusters: 4}\ncodec: {method: pdct, transform: temporal, block: 5, allocation: rd}\n", None),
     ("pdct-points-still", "flag", 200, 1, "segmentation: {clusters: 2}\ncodec: {method: pdct}\n", None),
+    *((f"split-{name}", kind, vertices, frames, f"codec: {{method: splitcoder, predictor: fitted, bits: {bits}}}\n", None)
+      for name, kind, vertices, frames, bits in (
+          ("mesh", "jelly", 300, 14, 12), ("pieces", "walker", 300, 14, 11), ("open", "flag", 300, 6, 12),
+          ("points", "walker", 200, 12, 12), ("one", "walker", 200, 1, 12), ("two", "walker", 200, 2, 12),
+          ("coarse", "walker", 300, 14, 5), ("fine", "walker", 200, 14, 16),
+          ("odd", "flag", 200, 6, 12), ("soup", "jelly", 500, 4, 10))),
+    ("split-exact", "jelly", 100, 4, "codec: {method: splitcoder, predictor: fitted, target: {max_error: 1e-12}}\n", None),
+    *((f"split-{predictor}-{normal}", kind, 120, 5,
+       f"codec: {{method: splitcoder, predictor: {predictor}, normal: {normal}, bits: {bits}}}\n", None)
+      for predictor, normal, kind, bits in (
+          ("time", "time", "walker", 11), ("space-multiway", "space", "flag", 8), ("space-time", "space-time", "jelly", 14),
+          ("local-multiway", "time", "walker", 12), ("lorenzo-multiway", "time", "flag", 5), ("replica", "time", "jelly", 10))),
     ("streams", "jelly", 4000, 30, "segmentation: {clusters: 8}\ncodec: {components: 12}\n", None),
 ]
 
@@ -267,21 +283,21 @@ def run(binary, folder, *arguments):
 
 def compare(binary, folder, name, kind, vertices, frames, keys, components):
     run(binary, folder, "synth", kind, "-o", f"{name}.h5", "--vertices", vertices, "--frames", frames)
-    if name in ("points", "long", "static-points") or name.startswith("pdct-points"):
+    if name in ("points", "long", "static-points", "split-points") or name.startswith("pdct-points"):
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             del file["triangles"]
             if name == "pdct-points-prime":  # 59 points and a seed triangle
                 positions = file["positions"][:, :62]
                 del file["positions"]
                 file["positions"] = positions
-    if name == "world" or name.startswith("static-odd"):
+    if name == "world" or name.startswith(("static-odd", "split-odd")):
         shuffle_triangles(folder / f"{name}.h5")
     if name.startswith("static-collapsed"):  # triangles without a normal
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             positions = file["positions"][()]
             positions[:, ::3] = positions[:, :1]
             file["positions"][...] = positions
-    if name.startswith("static-soup"):
+    if name.startswith(("static-soup", "split-soup")):
         with h5py.File(folder / f"{name}.h5", "r+") as file:
             del file["triangles"]
             file["triangles"] = soup()
@@ -303,7 +319,7 @@ def compare(binary, folder, name, kind, vertices, frames, keys, components):
     side = np.ptp(expected.reshape(-1, 3), axis=0).max()
     difference = np.abs(positions - expected).max() / side
     print(f"{name:<24} {len(triangles):>6} triangles alike, positions within {difference:.1e} of the largest side")
-    exact = name.startswith("static")  # where decoding feeds back, every bit is the same
+    exact = name.startswith(("static", "split"))  # where decoding feeds back, every bit is the same
     need(difference <= (0 if exact else 1e-5), f"{name}: the positions differ")
 
 

@@ -119,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongJob{"MergeKey", with("<<: {name: a}"), kArgument, "4:1", "unknown key '<<'"},
         WrongJob{"LongKey", with("'" + std::string(900, 'k') + "': 1"), kArgument, "4:1", "kkk...'"},
         WrongJob{"KeyWithLineBreak", with("\"a\\nb\": 1"), kArgument, "4:1", "'a?b'"},
-        WrongJob{"Target", with("codec: {target: {kg: 0.1}}"), kUnsupported, "4:9",
+        WrongJob{"Target", with("codec: {target: {kg: 0.1}}"), kUnsupported, "4:18",
                  "arrives in a later version"}),
     name_of);
 
@@ -156,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongJob{"NoMethod", with("codec: {method: mp3}"), kArgument, "4:17", "accepted: rlpca"},
         WrongJob{"NoSpace", with("codec: {space: outer}"), kArgument, "4:16", "accepted: local, world"},
         WrongJob{"MethodIsList", with("codec: {method: [rlpca]}"), kArgument, "4:17", "accepted: rlpca"},
-        WrongJob{"LaterMethod", with("codec: {method: splitcoder}"), kUnsupported, "4:17", "later version"},
+        WrongJob{"LaterMethod", with("codec: {method: orlpca}"), kUnsupported, "4:17", "later version"},
         WrongJob{"SegmentationUnknown", with("segmentation: {method: growing}"), kArgument, "4:24",
                  "accepted: region-growing, clustering, adaptive, rigid"},
         WrongJob{"ThresholdTooLarge", with("segmentation: {threshold: 1.5}"), kArgument, "4:27", "0 to 1"},

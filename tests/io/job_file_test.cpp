@@ -197,11 +197,11 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
         key.assign(draft, JobValue{.integer = 0, .number = 0.0, .end = {}, .text = std::string(word)});
         EXPECT_EQ(key.show(draft), word) << key.path << " does not know the word";
         return check_parameters(draft.job.segmentation).and_then([&] {
-            return check_parameters(draft.job.codec);
+            return check_values(draft.job.codec);
         });
     };
     for (const char* path : {"segmentation.method", "codec.method", "codec.space", "codec.predictor",
-                             "codec.tangential", "codec.transform", "codec.allocation"}) {
+                             "codec.tangential", "codec.normal", "codec.transform", "codec.allocation"}) {
         const JobKey& key = *find_job_key(path);
         for (const auto word : key.words) EXPECT_TRUE(check(key, word).has_value()) << path << " " << word;
         for (const auto word : key.later) {

@@ -15,12 +15,19 @@ constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
 constexpr Words kLengthWords = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
-constexpr std::array<std::string_view, 3> kCodecMethods = {"rlpca", "pdct", "static"};
-constexpr std::array<std::string_view, 3> kLaterCodecMethods = {"splitcoder", "orlpca", "rtpca"};
-constexpr std::array<std::string_view, 11> kPredictors = {
-    "auto",           "parallelogram", "multiway", "local-parallelogram",
-    "local-multiway", "weighted",      "fitted",   "touma-gotsman",
-    "hope",           "hopi",          "hops"};
+constexpr std::array<std::string_view, 4> kCodecMethods = {"rlpca", "pdct", "splitcoder", "static"};
+constexpr std::array<std::string_view, 2> kLaterCodecMethods = {"orlpca", "rtpca"};
+constexpr std::array<std::string_view, 19> kPredictors = {"auto",           "parallelogram",
+                                                          "multiway",       "local-parallelogram",
+                                                          "local-multiway", "weighted",
+                                                          "fitted",         "touma-gotsman",
+                                                          "hope",           "hopi",
+                                                          "hops",           "time",
+                                                          "space",          "space-multiway",
+                                                          "space-time",     "space-time-multiway",
+                                                          "lorenzo",        "lorenzo-multiway",
+                                                          "replica"};
+constexpr std::array<std::string_view, 3> kNormals = {"time", "space", "space-time"};
 constexpr std::array<std::string_view, 4> kTangentials = {"fitted", "weighted", "multiway", "parallelogram"};
 constexpr std::array<std::string_view, 2> kTransforms = {"spatial", "temporal"};
 constexpr std::array<std::string_view, 2> kAllocations = {"fixed", "rd"};
@@ -174,22 +181,22 @@ std::vector<JobKey> make_keys() {
                     .assign = [](JobDraft& d,
                                  const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
                     .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.method)); }});
-    keys.push_back(
-        {.path = "codec.bits",
-         .type = kInteger,
-         .sentence = "static: no vertex is off by more than e_max / 2^bits; pdct: the step of coefficients, "
-                     "up to 20",
-         .low = 4,
-         .high = 24,
-         .sweepable = true,
-         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
-         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
+    keys.push_back({.path = "codec.bits",
+                    .type = kInteger,
+                    .sentence =
+                        "static, splitcoder: no vertex is off by more than e_max / 2^bits; pdct: the step of "
+                        "coefficients; splitcoder, pdct up to 20",
+                    .low = 4,
+                    .high = 24,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
+                    .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
     keys.push_back(
         {.path = "codec.predictor",
          .type = kChoice,
          .sentence =
-             "static, and first frames of pdct: how a vertex is predicted; auto takes what makes the stream "
-             "smallest",
+             "static, first frames of pdct, splitcoder (fitted, local-multiway and those from time on): how "
+             "a vertex is predicted; auto takes what makes the stream smallest",
          .words = kPredictors,
          .sweepable = true,
          .assign = [](JobDraft& d,
@@ -205,6 +212,15 @@ std::vector<JobKey> make_keys() {
          .assign = [](JobDraft& d,
                       const JobValue& v) { d.job.codec.tangential = from_name<TangentialPredictor>(v.text); },
          .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.tangential)); }});
+    keys.push_back(
+        {.path = "codec.normal",
+         .type = kChoice,
+         .sentence = "splitcoder, time, space and the like: how the bending angle is predicted",
+         .words = kNormals,
+         .sweepable = true,
+         .assign = [](JobDraft& d,
+                      const JobValue& v) { d.job.codec.normal = from_name<NormalPredictor>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.normal)); }});
     keys.push_back(
         {.path = "codec.fit_vertices",
          .type = kInteger,
@@ -328,9 +344,29 @@ std::vector<JobKey> make_keys() {
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.intra_bits = narrow(v.integer); },
          .show = [](const JobDraft& d) { return std::to_string(d.job.codec.intra_bits); }});
-    keys.push_back({.path = "codec.target",
-                    .type = kLater,
-                    .sentence = "lets the coder choose its steps for a wanted rate or error"});
+    keys.push_back(mapping("codec.target", "lets the coder choose its steps for a wanted error"));
+    keys.push_back({.path = "codec.target.max_error",
+                    .type = kNumber,
+                    .sentence = "static, splitcoder: largest distance of a vertex from its source, world "
+                                "units, whatever the bits; 0 is no target",
+                    .low = 0,
+                    .high = 1000000000,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.max_error = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.max_error); }});
+    keys.push_back(
+        {.path = "codec.target.max_error_relative",
+         .type = kNumber,
+         .sentence = "likewise, over the diagonal of the bounding box of all frames; 0 is no target",
+         .low = 0,
+         .high = 1,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.max_error_relative = v.number; },
+         .show = [](const JobDraft& d) { return shown(d.job.codec.max_error_relative); }});
+
+    keys.push_back({.path = "codec.target.kg", .type = kLater, .sentence = "the error of Karni and Gotsman"});
+    keys.push_back({.path = "codec.target.da", .type = kLater, .sentence = "the thesis' error"});
+    keys.push_back({.path = "codec.target.bpvf", .type = kLater, .sentence = "bits a vertex and frame"});
 
     keys.push_back(
         {.path = "analysis",
