@@ -169,19 +169,24 @@ class Chooser {
         std::int32_t low[3];
         for (std::size_t c = 0; c < 3; ++c) {
             const double place = lattice_.to_lattice(source[c], c);
-            const double whole = std::floor(place);
-            if (!(whole > -kFurthest && whole < kFurthest)) return false;
-            low[c] = static_cast<std::int32_t>(whole);
-            const auto inside = static_cast<float>(place - whole);
+            if (!(place > -kFurthest && place < kFurthest)) return false;
+            low[c] = static_cast<std::int32_t>(place);
+            if (static_cast<double>(low[c]) > place) --low[c];  // rounded down, without a call
+            const auto inside = static_cast<float>(place - static_cast<double>(low[c]));
             away[0][c] = inside * inside;
             away[1][c] = (1.0f - inside) * (1.0f - inside);
             const float ahead = static_cast<float>(low[c] - batch.whole[k][c]) - batch.fraction[k][c];
             cost[0][c] = ahead * ahead;
             cost[1][c] = (ahead + 1.0f) * (ahead + 1.0f);
         }
-        int best = -1;
+        // Mostly the corner nearest of all is within the bound.
+        int best = 0;
+        for (std::size_t c = 0; c < 3; ++c) best |= cost[1][c] < cost[0][c] ? 1 << c : 0;
+        const bool is_nearest =
+            away[best & 1][0] + away[best >> 1 & 1][1] + away[best >> 2][2] <= squared_radius_;
+        if (!is_nearest) best = -1;
         float least = std::numeric_limits<float>::infinity();
-        for (int corner = 0; corner < 8; ++corner) {
+        for (int corner = 0; corner < 8 && !is_nearest; ++corner) {
             const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
             const float its_cost = cost[x][0] + cost[y][1] + cost[z][2];
             if (its_cost < least && away[x][0] + away[y][1] + away[z][2] <= squared_radius_) {

@@ -229,15 +229,15 @@ MeshSequence golden_clip(std::int32_t nx, std::int32_t ny, std::int32_t frames) 
 #include "golden_split_v1.inc"
 
 // What a second decoder found (tests/app/independent_decoder.py), every bit of it.
-void expect_golden(const MeshSequence& clip, std::span<const std::uint8_t> bitstream,
-                   std::uint32_t expected) {
+void expect_golden(const MeshSequence& clip, std::span<const std::uint8_t> bitstream, std::uint32_t expected,
+                   GeometryPredictor predictor = kFitted) {
     const MeshSequence decoded = decode(clip, bitstream);
     std::vector<std::uint8_t> bytes(sizeof(float) * decoded.positions.size());
     std::memcpy(bytes.data(), decoded.positions.data(), bytes.size());
     EXPECT_EQ(crc32c(bytes), expected);
     const auto info = read_clip_info(bitstream);
     ASSERT_TRUE(info);
-    EXPECT_EQ(info->parameters.predictor, kFitted);
+    EXPECT_EQ(info->parameters.predictor, predictor);
     EXPECT_LE(test::largest_distance(clip.view(), decoded.view()), info->parameters.max_error);
 }
 
@@ -249,6 +249,13 @@ TEST(Splitcoder, DecodesTheGoldenStreamOfPoints) {
     MeshSequence clip = golden_clip(7, 6, 12);
     clip.triangles.clear();
     expect_golden(clip, kGoldenSplitPoints, 0x4fae210a);
+}
+
+TEST(Splitcoder, DecodesTheGoldenStreamsAtGates) {
+    const MeshSequence clip = golden_clip(8, 7, 14);
+    expect_golden(clip, kGoldenSplitTime, 0x5cad6161, kTime);
+    expect_golden(clip, kGoldenSplitSpaceTime, 0xc4c8b4b5, kSpaceTimeMultiway);
+    expect_golden(clip, kGoldenSplitLocal, 0x11c62cfc, kLocalMultiway);
 }
 
 }  // namespace
