@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,6 +21,13 @@ class ScaleContexts {
 
     /// Class of a mean magnitude; 0 for the smallest.
     static int class_of(double mean_magnitude);
+    /// The same for a magnitude in sixteenths, at most 2^23, rounded otherwise: by integers alone, so that no
+    /// machine takes another context.
+    static int class_of_sixteenths(std::int64_t size) {
+        const auto s = static_cast<std::uint64_t>(std::clamp<std::int64_t>(size, 0, 1 << 23));
+        const std::uint64_t scaled = (s * s * 92682) >> 16;  // s² times the root of two
+        return scaled == 0 ? 0 : 63 - __builtin_clzll(scaled);
+    }
     /// Context of a class; a class outside the range, which only a corrupt stream names, is treated as the
     /// nearest.
     IntegerModel& of(int scale_class) {

@@ -6,6 +6,7 @@
 #include "codecs/level_rows.h"
 #include "codecs/pdct.h"
 #include "codecs/pdct_layout.h"
+#include "codecs/static_coder.h"
 #include "kernels/byte_stream.h"
 #include "kernels/signal_order.h"
 #include "kernels/temporal_series.h"
@@ -96,9 +97,9 @@ Expected<void> PdctClip::decode(const ClipBitstream& clip, const SharedMesh& mes
     const bool is_points = mesh->is_points();
     first_frame_.resize(static_cast<std::size_t>(3 * clip.vertex_count));
     if (!is_points) {
-        auto frame = decode_intra(clip.payload(SectionId::kResiduals), mesh, size_limit_bytes, executor);
+        const auto frame = decode_static_frame(clip.payload(SectionId::kResiduals), *mesh, size_limit_bytes,
+                                               {first_frame_.data(), 1, clip.vertex_count}, executor);
         if (!frame) return fail_within(section_name(SectionId::kResiduals), frame.error());
-        first_frame_ = std::move(*frame);
     } else if (!clip.payload(SectionId::kResiduals).empty()) {
         return corrupt("points have no static frame");
     }

@@ -9,6 +9,7 @@
 #include "codecs/level_rows.h"
 #include "codecs/pdct.h"
 #include "codecs/pdct_layout.h"
+#include "codecs/static_coder.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/signal_order.h"
@@ -373,10 +374,11 @@ Expected<EncodedClip> encode_pdct(PositionsView positions, const MeshTopology& m
         auto coded = encode_intra(positions.frames(0, 1), mesh, parameters, executor);
         if (!coded) return fail_within("the first frame", coded.error());
         first_frame = std::move(coded->bitstream);
-        auto decoded = decode_intra(first_frame, SharedMesh(SharedMesh(), &mesh),
-                                    std::numeric_limits<std::int64_t>::max(), executor);
+        clip.first_frame.resize(static_cast<std::size_t>(3 * positions.vertex_count()));
+        const auto decoded =
+            decode_static_frame(first_frame, mesh, std::numeric_limits<std::int64_t>::max(),
+                                {clip.first_frame.data(), 1, positions.vertex_count()}, executor);
         if (!decoded) return fail_within("the first frame", decoded.error());
-        clip.first_frame = std::move(*decoded);
     }
     std::vector<std::int32_t> position(static_cast<std::size_t>(positions.vertex_count()), -1);
     clip.position = position;

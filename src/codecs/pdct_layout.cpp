@@ -144,21 +144,6 @@ Expected<EncodedClip> encode_intra(PositionsView frame, const MeshTopology& mesh
     return encode_static(frame, mesh, intra, executor);
 }
 
-Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream, const SharedMesh& mesh,
-                                          std::int64_t size_limit_bytes, const Executor& executor) {
-    const auto clip = parse_clip_bitstream(bitstream);
-    if (!clip) return tl::unexpected(clip.error());
-    if (clip->method != CodecMethod::kStatic || clip->vertex_count != mesh->vertex_count() ||
-        clip->frame_count != 1)
-        return corrupt("the first frame is not one of this clip");
-    const auto decoder = decode_static(*clip, mesh, size_limit_bytes, executor);
-    if (!decoder) return tl::unexpected(decoder.error());
-    std::vector<float> positions(static_cast<std::size_t>(3 * mesh->vertex_count()));
-    auto done = (*decoder)->reconstruct(0, {positions.data(), 1, mesh->vertex_count()}, executor);
-    if (!done) return tl::unexpected(done.error());
-    return positions;
-}
-
 ClusterTraversal order_points(std::span<const std::int32_t> members, std::span<float> local) {
     ClusterTraversal traversal;
     traversal.vertices.reserve(members.size());

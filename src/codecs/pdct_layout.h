@@ -78,9 +78,6 @@ class ClusterTransform {
 /// them would take longer than the frames after it.
 Expected<EncodedClip> encode_intra(PositionsView frame, const MeshTopology& mesh,
                                    const CodecParameters& parameters, const Executor& executor);
-/// The way back: V × 3 positions. Errors: those of decode_clip.
-Expected<std::vector<float>> decode_intra(std::span<const std::uint8_t> bitstream, const SharedMesh& mesh,
-                                          std::int64_t size_limit_bytes, const Executor& executor);
 
 /// What the first row of a block is predicted to be from that of the block before: its level, as the lengths
 /// of the blocks have it. Rounds by IEEE operations alone.

@@ -1,11 +1,12 @@
 #include "codecs/split_fitted.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
 
+#include "codecs/exact_vertex.h"
+#include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/crc32c.h"
 #include "kernels/motion_fit.h"
@@ -16,31 +17,7 @@ namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
-/// The first residual of a vertex that is coded exactly.
-constexpr std::int32_t kExact = std::numeric_limits<std::int32_t>::min();
-constexpr std::int32_t kFurthest = 1 << 29;  // coordinates of lattice points
-
-/// The lattice of decoded vertices: points center + step × (i, j, k).
-struct Lattice {
-    std::array<float, 3> center{};
-    double step = 0.0;
-    double per_step = 0.0;
-
-    Lattice(const std::array<float, 3>& of_center, double of_step)
-        : center(of_center), step(of_step), per_step(of_step > 0.0 ? 1.0 / of_step : 0.0) {}
-
-    double to_lattice(float value, std::size_t c) const {
-        return (static_cast<double>(value) - static_cast<double>(center[c])) * per_step;
-    }
-    float to_world(std::int32_t coordinate, std::size_t c) const {
-        return static_cast<float>(static_cast<double>(center[c]) + static_cast<double>(coordinate) * step);
-    }
-    std::int32_t nearest(float value, std::size_t c) const {
-        const double whole = std::floor(to_lattice(value, c) + 0.5);
-        constexpr double kLimit = kFurthest;
-        return static_cast<std::int32_t>(whole > -kLimit ? (whole < kLimit ? whole : kLimit) : -kLimit);
-    }
-};
+constexpr std::int32_t kFurthest = SplitLattice::kFurthest;
 
 /// Whether a spacing and its inverse can be computed with; 0 means that all points are one.
 bool is_step(double step) {
@@ -81,7 +58,7 @@ struct Contexts {
 /// frames 1 … in an order in which predictions are known; it fills the points of the batch.
 class Pipeline {
  public:
-    Pipeline(const MeshTopology& mesh, const Lattice& lattice, MutablePositionsView decoded,
+    Pipeline(const MeshTopology& mesh, const SplitLattice& lattice, MutablePositionsView decoded,
              const Executor& executor)
         : decoded_(decoded),
           executor_(executor),
@@ -92,11 +69,11 @@ class Pipeline {
         std::vector<LatticePoint> whole(vertex_count);
         std::vector<float> rest(3 * vertex_count);
         for (std::size_t v = 0; v < vertex_count; ++v) {
+            const float* world = decoded.at(0, static_cast<std::int64_t>(v));
+            whole[v] = lattice.nearest_point(world);
             for (std::size_t c = 0; c < 3; ++c) {
-                const float value = decoded.at(0, static_cast<std::int64_t>(v))[c];
-                whole[v][c] = lattice.nearest(value, c);
-                rest[3 * v + c] = static_cast<float>(
-                    std::clamp(lattice.to_lattice(value, c) - static_cast<double>(whole[v][c]), -0.5, 0.5));
+                const double left = lattice.place_of(world[c], c) - static_cast<double>(whole[v][c]);
+                rest[3 * v + c] = static_cast<float>(std::clamp(left, -0.5, 0.5));
             }
         }
         fit_ = std::make_unique<MotionFit>(neighbours_, whole, rest, stage_count() + 1);
@@ -155,9 +132,9 @@ void add_points(const MotionFit::Batch& batch, std::int64_t count, std::uint32_t
 /// Chooses lattice points for sources.
 class Chooser {
  public:
-    Chooser(const SplitHeader& header, const Lattice& lattice, double slack)
+    Chooser(const SplitHeader& header, const SplitLattice& lattice, double slack)
         : lattice_(lattice), squared_bound_(header.bound * header.bound) {
-        const double radius = std::max(0.0, header.bound - slack) * lattice.per_step;
+        const double radius = std::max(0.0, header.bound - slack) * lattice.per_unit();
         squared_radius_ = static_cast<float>(radius * radius * (1.0 - 1e-6));
     }
 
@@ -168,7 +145,7 @@ class Chooser {
         float away[2][3], cost[2][3];  // squared: of both ends of the cell from the source, the prediction
         std::int32_t low[3];
         for (std::size_t c = 0; c < 3; ++c) {
-            const double place = lattice_.to_lattice(source[c], c);
+            const double place = lattice_.place_of(source[c], c);
             if (!(place > -kFurthest && place < kFurthest)) return false;
             low[c] = static_cast<std::int32_t>(place);
             if (static_cast<double>(low[c]) > place) --low[c];  // rounded down, without a call
@@ -179,38 +156,38 @@ class Chooser {
             cost[0][c] = ahead * ahead;
             cost[1][c] = (ahead + 1.0f) * (ahead + 1.0f);
         }
-        // Mostly the corner nearest of all is within the bound.
-        int best = 0;
-        for (std::size_t c = 0; c < 3; ++c) best |= cost[1][c] < cost[0][c] ? 1 << c : 0;
-        const bool is_nearest =
-            away[best & 1][0] + away[best >> 1 & 1][1] + away[best >> 2][2] <= squared_radius_;
-        if (!is_nearest) best = -1;
-        float least = std::numeric_limits<float>::infinity();
-        for (int corner = 0; corner < 8 && !is_nearest; ++corner) {
-            const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-            const float its_cost = cost[x][0] + cost[y][1] + cost[z][2];
-            if (its_cost < least && away[x][0] + away[y][1] + away[z][2] <= squared_radius_) {
-                least = its_cost;
-                best = corner;
+        // Mostly the corner nearest to the prediction is within the bound.
+        const auto is_within = [&](int corner) {
+            return away[corner & 1][0] + away[corner >> 1 & 1][1] + away[corner >> 2][2] <= squared_radius_;
+        };
+        int best = nearer_corner(cost);
+        if (!is_within(best)) {
+            best = nearer_corner(away);  // where none is surely within the bound, this one may still be
+            float least = std::numeric_limits<float>::infinity();
+            for (int corner = 0; corner < 8; ++corner) {
+                const float its_cost = cost[corner & 1][0] + cost[corner >> 1 & 1][1] + cost[corner >> 2][2];
+                if (its_cost < least && is_within(corner)) {
+                    least = its_cost;
+                    best = corner;
+                }
             }
         }
-        const bool is_sure = best >= 0;
-        if (!is_sure) {  // the nearest one may still be within the bound
-            best = 0;
-            for (std::size_t c = 0; c < 3; ++c) best |= away[1][c] < away[0][c] ? 1 << c : 0;
-        }
-        double squared = 0.0;
         for (std::size_t c = 0; c < 3; ++c) {
             point[c] = low[c] + (best >> c & 1);
             world[c] = lattice_.to_world(point[c], c);
-            const double error = static_cast<double>(world[c]) - static_cast<double>(source[c]);
-            squared += error * error;
         }
-        return squared <= squared_bound_;
+        return squared_distance(world, source) <= squared_bound_;
     }
 
  private:
-    const Lattice& lattice_;
+    /// Bit c: whether the upper end along axis c is the nearer one.
+    static int nearer_corner(const float (&squared)[2][3]) {
+        int corner = 0;
+        for (std::size_t c = 0; c < 3; ++c) corner |= squared[1][c] < squared[0][c] ? 1 << c : 0;
+        return corner;
+    }
+
+    const SplitLattice& lattice_;
     double squared_bound_;
     float squared_radius_;
 };
@@ -231,9 +208,10 @@ struct DecodingStage {
 
 /// Distance that rounding to float32 can move a vertex.
 double rounding_of(const PositionsView& positions) {
+    const BoundingBox box = bounding_box(positions);
     float largest = 0.0f;
-    const std::int64_t values = 3 * positions.frame_count() * positions.vertex_count();
-    for (std::int64_t k = 0; k < values; ++k) largest = std::max(largest, std::abs(positions.data()[k]));
+    for (std::size_t c = 0; c < 3; ++c)
+        largest = std::max({largest, std::abs(box.low[c]), std::abs(box.high[c])});
     return 1.75 * static_cast<double>(largest) / (1 << 24);
 }
 
@@ -246,7 +224,7 @@ std::vector<std::uint8_t> encode_fitted(PositionsView positions, const MeshTopol
     const double slack = rounding_of(positions);
     const double radius = header.bound > 2.0 * slack ? header.bound - slack : header.bound;
     const double step = radius * (2.0 / std::sqrt(3.0)) * (1.0 - 1e-6);
-    const Lattice lattice(header.center, is_step(step) ? step : 0.0);
+    const SplitLattice lattice(header, is_step(step) ? step : 0.0);
     const Chooser chooser(header, lattice, slack);
     Pipeline pipeline(mesh, lattice, decoded, executor);
     std::vector<EncodingStage> stages(static_cast<std::size_t>(pipeline.stage_count()));
@@ -265,11 +243,10 @@ std::vector<std::uint8_t> encode_fitted(PositionsView positions, const MeshTopol
             if (!chooser.choose(source, batch, k, point, world)) [[unlikely]] {
                 stage.encoder.encode(model(0), kExact);
                 for (std::size_t c = 0; c < 3; ++c) {
-                    stage.encoder.encode(stage.contexts.exact,
-                                         static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(source[c])));
+                    stage.encoder.encode(stage.contexts.exact, bits_of(source[c]));
                     world[c] = source[c];
-                    point[c] = lattice.nearest(source[c], c);
                 }
+                std::copy_n(lattice.nearest_point(source).begin(), 3, point);
                 continue;
             }
             for (std::size_t c = 0; c < 3; ++c)
@@ -284,7 +261,7 @@ std::vector<std::uint8_t> encode_fitted(PositionsView positions, const MeshTopol
         streams[static_cast<std::size_t>(s)] = stages[static_cast<std::size_t>(s)].encoder.finish();
     });
     ByteWriter out;
-    out.put(lattice.step);
+    out.put(lattice.spacing());
     for (std::size_t s = 0; s < stages.size(); ++s) {
         out.put(stages[s].checksum);
         out.put_varint(streams[s].size());
@@ -321,7 +298,7 @@ Expected<void> decode_fitted(std::span<const std::uint8_t> bytes, const MeshTopo
     }
     if (reader.remaining() != 0) return corrupt("bytes left over");
 
-    const Lattice lattice(header.center, *step);
+    const SplitLattice lattice(header, *step);
     Pipeline pipeline(mesh, lattice, decoded, executor);
     pipeline.run([&](std::int64_t s, std::int64_t frame, std::int64_t first, std::int64_t count,
                      MotionFit::Batch& batch) {
@@ -336,14 +313,13 @@ Expected<void> decode_fitted(std::span<const std::uint8_t> bytes, const MeshTopo
                     decoder.decode(stage.contexts.models[static_cast<std::size_t>(batch.context[k][c])]);
                 if (c == 0 && residual == kExact) [[unlikely]] {
                     for (std::size_t a = 0; a < 3; ++a) {
-                        const auto bits = static_cast<std::uint32_t>(decoder.decode(stage.contexts.exact));
-                        world[a] = std::bit_cast<float>(bits);
+                        world[a] = float_of(decoder.decode(stage.contexts.exact));
                         if (!std::isfinite(world[a])) {
                             stage.is_corrupt = true;
                             world[a] = 0.0f;
                         }
-                        point[a] = lattice.nearest(world[a], a);
                     }
+                    std::copy_n(lattice.nearest_point(world).begin(), 3, point);
                     break;
                 }
                 const auto sum = static_cast<std::int32_t>(

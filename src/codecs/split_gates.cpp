@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 
+#include "codecs/exact_vertex.h"
 #include "codecs/integer_contexts.h"
 #include "kernels/byte_stream.h"
 #include "kernels/crc32c.h"
@@ -17,43 +17,10 @@ namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
-/// The first residual of a vertex that is coded exactly.
-constexpr std::int32_t kExact = std::numeric_limits<std::int32_t>::min();
-
-/// The lattice that decoded vertices live on.
-struct SplitLattice {
-    std::array<double, 3> center{};
-    double spacing = 0.0, per_unit = 0.0;  // world units; its inverse, 0 where that is 0
-
-    /// step: of residuals, in 64ths of the bound.
-    SplitLattice(const SplitHeader& header, std::uint8_t step)
-        : spacing(header.bound * (step / 64.0) / kSplitParts) {
-        per_unit = spacing > 0.0 ? 1.0 / spacing : 0.0;
-        if (!std::isfinite(per_unit)) per_unit = 0.0;
-        for (std::size_t c = 0; c < 3; ++c) center[c] = static_cast<double>(header.center[c]);
-    }
-    std::array<double, 3> place_of(const float* world) const {
-        std::array<double, 3> place;
-        for (std::size_t c = 0; c < 3; ++c) place[c] = (static_cast<double>(world[c]) - center[c]) * per_unit;
-        return place;
-    }
-    /// The lattice point of a vertex that was coded exactly, or in the frame before the first.
-    LatticePoint nearest_point(const float* world) const {
-        constexpr double kLimit = 1 << 29;
-        const std::array<double, 3> place = place_of(world);
-        LatticePoint point;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double value = std::floor(place[c] + 0.5);
-            point[c] =
-                static_cast<std::int32_t>(value > -kLimit ? (value < kLimit ? value : kLimit) : -kLimit);
-        }
-        return point;
-    }
-    void to_world(const LatticePoint& point, float* world) const {
-        for (std::size_t c = 0; c < 3; ++c)
-            world[c] = static_cast<float>(center[c] + static_cast<double>(point[c]) * spacing);
-    }
-};
+/// step: of residuals, in 64ths of the bound.
+SplitLattice lattice_of(const SplitHeader& header, std::uint8_t step) {
+    return {header, header.bound * (step / 64.0) / kSplitParts};
+}
 
 /// Contexts of a clip: by which residual it is, and how large those of the neighbours, of the vertex in the
 /// frames before, and before it of the same vertex are.
@@ -65,7 +32,7 @@ class SplitContexts {
         if (axis == 1) size = (13 * size + 3 * first) / 16;
         if (axis == 2) size = (12 * expected(target, 2) + 2 * (first + size_of(residuals[1]))) / 16;
         const auto kind = static_cast<std::size_t>(target.axes);
-        return scales_[kind][axis == 2].of(class_of(size));
+        return scales_[kind][axis == 2].of(ScaleContexts::class_of_sixteenths(size));
     }
     IntegerModel& exact() { return exact_; }
 
@@ -73,13 +40,6 @@ class SplitContexts {
     static constexpr std::int64_t kSizeUnit = 16;
     static std::int64_t size_of(std::int64_t residual) {
         return std::min<std::int64_t>(std::abs(residual) * kSizeUnit, 1 << 23);
-    }
-    /// The class of ScaleContexts for a magnitude in sixteenths, twice its binary logarithm, rounded: by
-    /// integers alone, so that no machine takes another context.
-    static int class_of(std::int64_t size) {
-        const auto s = static_cast<std::uint64_t>(std::clamp<std::int64_t>(size, 0, 1 << 23));
-        const std::uint64_t scaled = (s * s * 92682) >> 16;  // s² times the root of two
-        return scaled == 0 ? 0 : 63 - __builtin_clzll(scaled);
     }
     /// What neighbours and frames before say together.
     static std::int64_t expected(const SplitTarget& target, std::size_t axis) {
@@ -91,19 +51,15 @@ class SplitContexts {
     IntegerModel exact_;
 };
 
-std::int32_t bits_of(float value) { return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(value)); }
-
 /// Checksum over the lattice points of the frames decoded so far: a machine that predicted otherwise finds
 /// out.
 std::uint32_t checksum_with(std::uint32_t before, std::span<const LatticePoint> points) {
     return crc32c({reinterpret_cast<const std::uint8_t*>(points.data()), points.size_bytes()}, before);
 }
 
-const Surface kNoSurface;
-
 SplitPrediction make_prediction(const MeshTopology& mesh, const SplitHeader& header) {
-    const bool wants_surface = needs_surface(header.predictor, header.normal);
-    return {mesh.traversal(), wants_surface ? mesh.surface() : kNoSurface, header.predictor, header.normal};
+    return {mesh.traversal(), mesh.surface_if(needs_surface(header.predictor, header.normal)),
+            header.predictor, header.normal};
 }
 
 void start(SplitPrediction& state, const SplitLattice& lattice, const MeshTraversal& traversal,
@@ -144,7 +100,7 @@ class GateEncoder {
     GateEncoder(const MeshTopology& mesh, const SplitHeader& header, std::uint8_t step)
         : traversal_(mesh.traversal()),
           step_(step),
-          lattice_(header, step),
+          lattice_(lattice_of(header, step)),
           squared_bound_(header.bound * header.bound),
           squared_steps_((64.0 / step) * (64.0 / step)),
           state_(make_prediction(mesh, header)) {}
@@ -292,7 +248,7 @@ Expected<void> decode_gates(std::span<const std::uint8_t> bytes, const MeshTopol
     if (!decoder) return tl::unexpected(decoder.error());
 
     const MeshTraversal& traversal = mesh.traversal();
-    const SplitLattice lattice(header, *step);
+    const SplitLattice lattice = lattice_of(header, *step);
     SplitPrediction state = make_prediction(mesh, header);
     SplitContexts contexts;
     start(state, lattice, traversal, decoded);
@@ -308,9 +264,7 @@ Expected<void> decode_gates(std::span<const std::uint8_t> bytes, const MeshTopol
                 if (residuals[0] == kExact) break;
             }
             if (residuals[0] == kExact) [[unlikely]] {
-                for (int c = 0; c < 3; ++c)
-                    world[c] =
-                        std::bit_cast<float>(static_cast<std::uint32_t>(decoder->decode(contexts.exact())));
+                for (int c = 0; c < 3; ++c) world[c] = float_of(decoder->decode(contexts.exact()));
                 if (!std::isfinite(world[0]) || !std::isfinite(world[1]) || !std::isfinite(world[2]))
                     return corrupt("a vertex is not finite");
                 residuals = {};

@@ -30,17 +30,11 @@ Expected<EncodedClip> encode_first_frame(PositionsView positions, const MeshTopo
 }
 
 /// Decodes the first frame into `frame`.
-Expected<void> decode_first_frame(std::span<const std::uint8_t> bitstream, const SharedMesh& mesh,
+Expected<void> decode_first_frame(std::span<const std::uint8_t> bitstream, const MeshTopology& mesh,
                                   std::int64_t size_limit_bytes, MutablePositionsView frame,
                                   const Executor& executor) {
-    const auto clip = parse_clip_bitstream(bitstream);
-    if (!clip) return tl::unexpected(clip.error());
-    if (clip->method != CodecMethod::kStatic || clip->vertex_count != mesh->vertex_count() ||
-        clip->frame_count != 1)
-        return corrupt("the first frame is not one of this clip");
-    const auto decoder = decode_static(*clip, mesh, size_limit_bytes, executor);
-    if (!decoder) return tl::unexpected(decoder.error());
-    if (auto done = (*decoder)->reconstruct(0, frame, executor); !done) return done;
+    if (auto done = decode_static_frame(bitstream, mesh, size_limit_bytes, frame, executor); !done)
+        return done;
     const float* values = frame.data();
     if (!std::all_of(values, values + 3 * frame.vertex_count(), [](float x) { return std::isfinite(x); }))
         return corrupt("the first frame is not finite");
@@ -131,8 +125,7 @@ Expected<EncodedClip> encode_splitcoder(PositionsView positions, const MeshTopol
     std::vector<float> values(
         static_cast<std::size_t>(3 * positions.vertex_count() * positions.frame_count()));
     const MutablePositionsView decoded(values.data(), positions.frame_count(), positions.vertex_count());
-    auto done = decode_first_frame(first->bitstream, SharedMesh(SharedMesh(), &mesh),
-                                   std::numeric_limits<std::int64_t>::max(),
+    auto done = decode_first_frame(first->bitstream, mesh, std::numeric_limits<std::int64_t>::max(),
                                    {decoded.data(), 1, positions.vertex_count()}, executor);
     if (!done) return fail_within("the first frame", done.error());
 
@@ -206,7 +199,7 @@ Expected<std::unique_ptr<DecodedClip>> decode_splitcoder(const ClipBitstream& cl
     auto decoded = std::make_unique<SplitClip>(*info);
     const MutablePositionsView frames = decoded->frames();
     auto done =
-        decode_first_frame(*first, mesh, size_limit_bytes, {frames.data(), 1, clip.vertex_count}, executor);
+        decode_first_frame(*first, *mesh, size_limit_bytes, {frames.data(), 1, clip.vertex_count}, executor);
     if (!done) return fail_within("the first frame", done.error());
     if (clip.frame_count == 1) {
         if (!rest->empty()) return corrupt("bytes left over");

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "codecs/exact_vertex.h"
 #include "codecs/integer_contexts.h"
 #include "codecs/static_forms.h"
 #include "kernels/bounding_box.h"
@@ -18,9 +19,6 @@ namespace batchenc {
 namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
-
-/// The first residual of a vertex that is coded exactly.
-constexpr std::int32_t kExact = std::numeric_limits<std::int32_t>::min();
 
 /// The content of the parameters section.
 struct StaticHeader {
@@ -97,7 +95,8 @@ class FrameContexts {
         std::int64_t size = tangential;
         if (axis == 1) size = (7 * tangential + 3 * first) / 10;
         if (axis == 2) size = (8 * std::int64_t{prediction.sizes[2]} + first + size_of(residuals[1])) / 10;
-        return scales_[static_cast<std::size_t>(prediction.gates > 1)][axis == 2].of(class_of(size));
+        return scales_[static_cast<std::size_t>(prediction.gates > 1)][axis == 2].of(
+            ScaleContexts::class_of_sixteenths(size));
     }
     IntegerModel& exact() { return exact_; }
 
@@ -105,19 +104,10 @@ class FrameContexts {
     static std::int64_t size_of(std::int32_t residual) {
         return std::min<std::int64_t>(std::abs(std::int64_t{residual}) * kLatticeParts, 1 << 23);
     }
-    /// The class of ScaleContexts for a magnitude in sixteenths, twice its binary logarithm, rounded: by
-    /// integers alone, so that no machine takes another context.
-    static int class_of(std::int64_t size) {
-        const auto s = static_cast<std::uint64_t>(std::clamp<std::int64_t>(size, 0, 1 << 23));
-        const std::uint64_t scaled = (s * s * 92682) >> 16;  // s² times the root of two
-        return scaled == 0 ? 0 : 63 - __builtin_clzll(scaled);
-    }
 
     std::array<std::array<ScaleContexts, 2>, 2> scales_;
     IntegerModel exact_;
 };
-
-std::int32_t bits_of(float value) { return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(value)); }
 
 /// Checksum over the lattice points of a decoded frame: a machine that predicted otherwise finds out.
 std::uint32_t state_checksum(const std::vector<LatticePoint>& points) {
@@ -219,8 +209,7 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
         }
         std::array<float, 3> world;
         if (residuals[0] == kExact) {
-            for (float& value : world)
-                value = std::bit_cast<float>(static_cast<std::uint32_t>(decoder->decode(contexts.exact())));
+            for (float& value : world) value = float_of(decoder->decode(contexts.exact()));
             if (!std::isfinite(world[0]) || !std::isfinite(world[1]) || !std::isfinite(world[2]))
                 return corrupt("a vertex is not finite");
             residuals = {};
@@ -238,8 +227,6 @@ Expected<void> decode_frame(std::span<const std::uint8_t> bytes, const MeshTrave
     return {};
 }
 
-const Surface kNoSurface;
-
 /// Codes frames in the forms that make their streams smallest.
 class FrameEncoder {
  public:
@@ -251,10 +238,9 @@ class FrameEncoder {
           header_(header),
           parameters_(parameters),
           executor_(executor),
-          traversal_(mesh.traversal()) {
-        if (parameters.predictor == GeometryPredictor::kAuto || needs_surface(forms_of(parameters).front()))
-            surface_ = &mesh.surface();
-    }
+          traversal_(mesh.traversal()),
+          surface_(mesh.surface_if(parameters.predictor == GeometryPredictor::kAuto ||
+                                   needs_surface(forms_of(parameters).front()))) {}
 
     /// A stream a frame. Forms of `auto` are tried on one frame in kFramesAGroup; those between take the best
     /// of a few.
@@ -290,7 +276,7 @@ class FrameEncoder {
     };
 
     Stream encode(std::int64_t frame, const PredictionForm& form) const {
-        return encode_frame(positions_.frames(frame, frame + 1), traversal_, *surface_, header_, form);
+        return encode_frame(positions_.frames(frame, frame + 1), traversal_, surface_, header_, form);
     }
 
     void add_trials(std::int64_t frame, const std::vector<PredictionForm>& forms,
@@ -326,7 +312,7 @@ class FrameEncoder {
     const CodecParameters& parameters_;
     const Executor& executor_;
     const MeshTraversal& traversal_;
-    const Surface* surface_ = &kNoSurface;  // another where a form looks at it
+    const Surface& surface_;  // empty where no form looks at it
 };
 
 class StaticClip final : public DecodedClip {
@@ -357,7 +343,7 @@ class StaticClip final : public DecodedClip {
             const auto form = read_form(form_reader);
             return form && needs_surface(*form);  // a form that cannot be read is that frame's error
         });
-        if (wants_surface) surface_ = &mesh_->surface();
+        surface_ = &mesh_->surface_if(wants_surface);
         return {};
     }
 
@@ -383,7 +369,7 @@ class StaticClip final : public DecodedClip {
     ClipInfo info_;
     StaticHeader header_;
     SharedMesh mesh_;
-    const Surface* surface_ = &kNoSurface;            // another where a frame's predictor looks at it
+    const Surface* surface_ = nullptr;                // empty where no frame's predictor looks at it
     std::vector<std::vector<std::uint8_t>> streams_;  // a frame each
     std::vector<std::int32_t> labels_;                // none: there are no clusters
 };
@@ -455,6 +441,21 @@ Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip, 
     auto decoded = std::make_unique<StaticClip>(*info, *header, mesh);
     if (auto taken = decoded->take_streams(payload); !taken) return tl::unexpected(taken.error());
     return decoded;
+}
+
+Expected<void> decode_static_frame(std::span<const std::uint8_t> bitstream, const MeshTopology& mesh,
+                                   std::int64_t size_limit_bytes, MutablePositionsView frame,
+                                   const Executor& executor) {
+    const auto clip = parse_clip_bitstream(bitstream);
+    if (!clip) return tl::unexpected(clip.error());
+    if (clip->method != CodecMethod::kStatic || clip->vertex_count != mesh.vertex_count() ||
+        clip->frame_count != 1)
+        return corrupt("the first frame is not one of this clip");
+    // The decoder does not outlive this call, nor does it own the mesh.
+    const SharedMesh shared(SharedMesh(), &mesh);
+    const auto decoder = decode_static(*clip, shared, size_limit_bytes, executor);
+    if (!decoder) return tl::unexpected(decoder.error());
+    return (*decoder)->reconstruct(0, frame, executor);
 }
 
 }  // namespace batchenc

@@ -31,4 +31,10 @@ Expected<ClipInfo> read_static_info(const ClipBitstream& clip);
 Expected<std::unique_ptr<DecodedClip>> decode_static(const ClipBitstream& clip, const SharedMesh& mesh,
                                                      std::int64_t size_limit_bytes, const Executor& executor);
 
+/// Decodes a clip bitstream of this coder that holds the first frame of another coder's clip. frame: 1 × V of
+/// the mesh. Errors: those of decode_clip; kCorrupt where it is of another shape or coder.
+Expected<void> decode_static_frame(std::span<const std::uint8_t> bitstream, const MeshTopology& mesh,
+                                   std::int64_t size_limit_bytes, MutablePositionsView frame,
+                                   const Executor& executor);
+
 }  // namespace batchenc

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "kernels/bounding_box.h"
+
 namespace batchenc {
 namespace {
 
@@ -275,12 +277,7 @@ ErrorMetrics ErrorMeter::finish() const {
             box.high[axis] = std::max(box.high[axis], bounds.high[axis]);
         }
     }
-    double squared_diagonal = 0.0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double side = static_cast<double>(box.high[axis]) - static_cast<double>(box.low[axis]);
-        squared_diagonal += side * side;
-    }
-    metrics.diagonal = std::sqrt(squared_diagonal);
+    metrics.diagonal = BoundingBox{box.low, box.high}.diagonal();
     if (metrics.max_error > 0.0) {
         metrics.max_error_relative = metrics.diagonal > 0.0 ? metrics.max_error / metrics.diagonal
                                                             : std::numeric_limits<double>::quiet_NaN();

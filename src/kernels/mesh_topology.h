@@ -41,6 +41,9 @@ class MeshTopology {
         return surface_;
     }
 
+    /// The same where it is wanted, an empty one elsewhere, which costs nothing.
+    const Surface& surface_if(bool is_wanted) const { return is_wanted ? surface() : no_surface_; }
+
  private:
     std::vector<Triangle> triangles_;
     std::int64_t vertex_count_;
@@ -48,6 +51,7 @@ class MeshTopology {
     mutable MeshAdjacency adjacency_;
     mutable MeshTraversal traversal_;
     mutable Surface surface_;
+    Surface no_surface_;
 };
 
 /// Decoded clips outlive the call that made them; never null.

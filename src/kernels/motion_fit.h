@@ -56,9 +56,6 @@ class MotionFit {
     /// recorded.
     void fit(std::int64_t frame, std::int64_t first_group, std::int64_t end_group);
 
-    /// Bytes that an object takes for a vertex, about.
-    static constexpr std::int64_t kBytesPerVertex = 512;
-
     // What the kernel works on.
     static constexpr std::size_t kInputs =
         MotionNeighbours::kCount;  ///< differences of displacements, residual
@@ -91,7 +88,7 @@ class MotionFit {
     std::int64_t window_;
     std::size_t slot_;                   // motions of a frame: V and one that stands still
     std::unique_ptr<Motion[]> motions_;  // window × slot
-    std::vector<State> states_;          // V, rounded up to groups
+    std::vector<State> states_;          // V
     std::vector<Moments> moments_;
 };
 

@@ -96,8 +96,8 @@ class Search {
         std::vector<std::int32_t> seen_by;  // V, of whom a vertex was seen last
         std::vector<std::int32_t> ring, next;
         struct Candidate {
-            double distance;  // squared; -1 for neighbours, which come first by theirs
-            std::int32_t ring;
+            double distance;    // squared
+            std::int32_t ring;  // 1 over an edge; 2 along the curve
             std::int32_t vertex;
         };
         std::vector<Candidate> found;

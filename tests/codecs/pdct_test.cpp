@@ -6,14 +6,14 @@
 #include "codecs/clip_bitstream.h"
 #include "codecs/clip_codec.h"
 #include "kernels/bounding_box.h"
-#include "kernels/synthetic_clip.h"
+#include "tests/codecs/codec_support.h"
 #include "tests/support/sample_clips.h"
 #include "tests/support/thread_executor.h"
 
 namespace batchenc {
 namespace {
 
-constexpr std::int64_t kLimit = std::int64_t{1} << 30;
+using test::decode, test::kLimit, test::sections_of;
 const SerialExecutor kSerial;
 
 struct Setting {
@@ -52,18 +52,6 @@ EncodedClip encode(const MeshSequence& clip, const Setting& setting, const Execu
     return encoded ? *encoded : EncodedClip{};
 }
 
-MeshSequence decode(const MeshSequence& like, std::span<const std::uint8_t> bitstream,
-                    const Executor& executor = kSerial) {
-    MeshSequence decoded = like;
-    std::fill(decoded.positions.begin(), decoded.positions.end(), std::numeric_limits<float>::quiet_NaN());
-    const auto clip = decode_clip(bitstream, like.triangles, -1, kLimit, executor);
-    EXPECT_TRUE(clip) << clip.error().to_string();
-    if (clip) {
-        EXPECT_TRUE((*clip)->reconstruct(0, decoded.view(), executor));
-    }
-    return decoded;
-}
-
 /// Root of the mean squared distance of the vertices.
 double rmse(PositionsView a, PositionsView b) {
     double sum = 0.0;
@@ -72,18 +60,6 @@ double rmse(PositionsView a, PositionsView b) {
         sum += d * d;
     }
     return std::sqrt(sum / static_cast<double>(a.frame_count() * a.vertex_count()));
-}
-
-MeshSequence walker() {
-    const auto synthetic = make_synthetic_clip("walker", 1000, 1).value();
-    MeshSequence clip;
-    clip.vertex_count = synthetic->vertex_count();
-    clip.frame_count = 40;
-    clip.triangles = synthetic->triangles();
-    clip.positions.resize(static_cast<std::size_t>(3 * clip.frame_count * clip.vertex_count));
-    for (std::int64_t f = 0; f < clip.frame_count; ++f)
-        synthetic->write_frame(f, {clip.view().at(f, 0), static_cast<std::size_t>(3 * clip.vertex_count)});
-    return clip;
 }
 
 TEST(Pdct, RoundTripsEveryKindOfClip) {
@@ -112,7 +88,7 @@ TEST(Pdct, RoundTripsEveryKindOfClip) {
 }
 
 TEST(Pdct, MoreCoefficientsCostMoreAndHelp) {
-    const MeshSequence clip = walker();
+    const MeshSequence clip = test::walker(1000, 40);
     double last = 1e9;
     std::size_t size = 0;
     for (const double keep : {0.02, 0.1, 0.5, 1.0}) {
@@ -126,7 +102,7 @@ TEST(Pdct, MoreCoefficientsCostMoreAndHelp) {
 }
 
 TEST(Pdct, ChoiceByCostIsSmallerAtTheSameStep) {
-    const MeshSequence clip = walker();
+    const MeshSequence clip = test::walker(1000, 40);
     for (const PdctTransform transform : {kSpatial, kTemporal}) {
         const EncodedClip fixed = encode(clip, {4, 10, transform, 16, kFixed, 1.0});
         const EncodedClip rd = encode(clip, {4, 10, transform, 16, kRd, 1.0});
@@ -273,15 +249,6 @@ TEST(Pdct, RejectsEveryTruncationAndFlippedBitAndExtraByte) {
     }
     bytes.push_back(0);
     EXPECT_FALSE(decodes(bytes, clip));
-}
-
-std::vector<SectionPayload> sections_of(std::span<const std::uint8_t> bytes) {
-    const auto clip = *parse_clip_bitstream(bytes);
-    std::vector<SectionPayload> sections;
-    for (std::size_t i = 0; i < kSectionCount; ++i)
-        sections.emplace_back(static_cast<SectionId>(i + 1),
-                              std::vector<std::uint8_t>(clip.payloads[i].begin(), clip.payloads[i].end()));
-    return sections;
 }
 
 // Behind valid checksums every byte is still hostile: nothing may be read or written outside.

@@ -9,14 +9,14 @@
 #include "codecs/static_coder.h"
 #include "kernels/bounding_box.h"
 #include "kernels/crc32c.h"
-#include "kernels/synthetic_clip.h"
+#include "tests/codecs/codec_support.h"
 #include "tests/support/sample_clips.h"
 #include "tests/support/thread_executor.h"
 
 namespace batchenc {
 namespace {
 
-constexpr std::int64_t kLimit = std::int64_t{1} << 30;
+using test::decode, test::kLimit, test::sections_of, test::walker;
 const SerialExecutor kSerial;
 using enum GeometryPredictor;
 
@@ -35,30 +35,6 @@ std::vector<std::uint8_t> encode(const MeshSequence& clip, const CodecParameters
     if (!encoded) return {};
     EXPECT_EQ(encoded->section_bytes.total(), static_cast<std::int64_t>(encoded->bitstream.size()));
     return encoded->bitstream;
-}
-
-MeshSequence decode(const MeshSequence& like, std::span<const std::uint8_t> bitstream,
-                    const Executor& executor = kSerial) {
-    MeshSequence decoded = like;
-    std::fill(decoded.positions.begin(), decoded.positions.end(), std::numeric_limits<float>::quiet_NaN());
-    const auto clip = decode_clip(bitstream, like.triangles, -1, kLimit, executor);
-    EXPECT_TRUE(clip) << clip.error().to_string();
-    if (clip) {
-        EXPECT_TRUE((*clip)->reconstruct(0, decoded.view(), executor));
-    }
-    return decoded;
-}
-
-MeshSequence walker(std::int64_t vertices, std::int64_t frames) {
-    const auto synthetic = make_synthetic_clip("walker", vertices, 1).value();
-    MeshSequence clip;
-    clip.vertex_count = synthetic->vertex_count();
-    clip.frame_count = frames;
-    clip.triangles = synthetic->triangles();
-    clip.positions.resize(static_cast<std::size_t>(3 * clip.frame_count * clip.vertex_count));
-    for (std::int64_t f = 0; f < clip.frame_count; ++f)
-        synthetic->write_frame(f, {clip.view().at(f, 0), static_cast<std::size_t>(3 * clip.vertex_count)});
-    return clip;
 }
 
 TEST(Splitcoder, KeepsItsBoundOnEveryKindOfClip) {
@@ -172,12 +148,7 @@ TEST(Splitcoder, SurvivesChangesBehindValidChecksums) {
     for (const bool points : {false, true}) {
         if (points) clip.triangles.clear();
         const auto bytes = encode(clip, with(kFitted, 10));
-        const auto parsed = *parse_clip_bitstream(bytes);
-        std::vector<SectionPayload> sections;
-        for (std::size_t i = 0; i < kSectionCount; ++i)
-            sections.emplace_back(
-                static_cast<SectionId>(i + 1),
-                std::vector<std::uint8_t>(parsed.payloads[i].begin(), parsed.payloads[i].end()));
+        const auto sections = sections_of(bytes);
         int refused = 0;
         for (std::size_t s = 0; s < sections.size(); ++s) {
             for (std::size_t at = 0; at < sections[s].second.size(); ++at) {
@@ -197,11 +168,7 @@ TEST(Splitcoder, SurvivesChangesBehindValidChecksums) {
 TEST(Splitcoder, RefusesCountsAndMemoryBeforeAllocating) {
     const MeshSequence clip = test::sheet(6, 5, 9);
     const auto bytes = encode(clip, with(kFitted, 8));
-    const auto parsed = *parse_clip_bitstream(bytes);
-    std::vector<SectionPayload> sections;
-    for (const SectionId id : {SectionId::kParameters, SectionId::kResiduals})
-        sections.emplace_back(
-            id, std::vector<std::uint8_t>(parsed.payload(id).begin(), parsed.payload(id).end()));
+    const auto sections = sections_of(bytes);
     for (const auto& [vertices, frames] :
          {std::pair<std::int64_t, std::int64_t>{2000000000, 9}, {30, 2000000000}, {20000000, 9}}) {
         const auto huge = write_clip_bitstream(CodecMethod::kSplitcoder, vertices, frames, sections);

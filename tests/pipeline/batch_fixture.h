@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdint>
@@ -14,6 +13,7 @@
 #include "io/job_file.h"
 #include "io/source_clip.h"
 #include "pipeline/batch.h"
+#include "tests/support/folder_test.h"
 
 namespace batchenc {
 
@@ -75,18 +75,8 @@ class RecordingListener final : public BatchListener {
     std::function<void()> on_progress;
 };
 
-/// A folder for one test, removed with all that is in it.
-class BatchTest : public testing::Test {
+class BatchTest : public test::FolderTest {
  protected:
-    void SetUp() override {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("batchenc-" + std::string(test->name()) + "-" + std::to_string(getpid()));
-        std::filesystem::remove_all(folder_);
-        std::filesystem::create_directories(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
     std::filesystem::path write_clip(const std::string& name, const MeshSequence& clip) const {
         const auto path = folder_ / name;
         auto writer = ClipWriter::create(path, clip.frame_count, clip.vertex_count, clip.triangles, clip.fps,
@@ -123,7 +113,6 @@ class BatchTest : public testing::Test {
         return names;
     }
 
-    std::filesystem::path folder_;
     std::atomic<bool> stop_ = false;
     RecordingListener listener_;
 };

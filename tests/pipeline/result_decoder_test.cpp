@@ -7,6 +7,7 @@
 
 #include "codecs/clip_codec.h"
 #include "codecs/connectivity_bitstream.h"
+#include "tests/support/folder_test.h"
 #include "tests/support/sample_clips.h"
 #include "tests/support/thread_executor.h"
 
@@ -19,17 +20,8 @@ const SerialExecutor kSerial;
 
 // On executors without oneTBB, so that the thread sanitizer can follow the decoding of a block beside the
 // visiting of the one before.
-class ResultDecoderTest : public testing::Test {
+class ResultDecoderTest : public test::FolderTest {
  protected:
-    void SetUp() override {
-        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::temp_directory_path() /
-                  ("batchenc-" + std::string(test->name()) + "-" + std::to_string(getpid()));
-        std::filesystem::remove_all(folder_);
-        std::filesystem::create_directories(folder_);
-    }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
     /// Writes a result of clips of kClipFrames frames, and keeps what each of them decodes to by itself.
     /// broken: index of a clip whose bytes are none; -1: every clip is whole.
     void write_result(CodecMethod method, const MeshSequence& clip, std::int64_t broken = -1) {
@@ -96,7 +88,6 @@ class ResultDecoderTest : public testing::Test {
         EXPECT_EQ(next, end);
     }
 
-    std::filesystem::path folder_;
     std::vector<float> expected_;
     int visits_ = 0;
 };
