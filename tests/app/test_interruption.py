@@ -36,11 +36,14 @@ class Interruption(ProgramTest):
                     self.run_program("info", f"out/{name}")
 
     def test_decode_and_synth_stop_cleanly(self):
-        self.run_program("synth", "flag", "-o", "flag.h5", "--vertices", 20000, "--frames", 300)
-        self.write_job("a", "flag.h5", clusters=5, components=5)
+        # Both take seconds after their first progress, however late this process hears of it.
+        self.run_program("synth", "flag", "-o", "flag.h5", "--vertices", 20000, "--frames", 400)
+        (self.folder / "a.yaml").write_text("batchenc: 1\nname: a\ninput: {file: flag.h5}\noutput: out/a.h5\n"
+                                            "clips: {length: 20}\n"
+                                            "codec: {method: splitcoder, predictor: local-multiway}\n")
         self.run_program("a.yaml")
         for arguments in (["decode", "out/a.h5", "-o", "back.h5"],
-                          ["synth", "jelly", "-o", "back.h5", "--vertices", 50000, "--frames", 2000]):
+                          ["synth", "jelly", "-o", "back.h5", "--vertices", 100000, "--frames", 4000]):
             with self.subTest(arguments[0]), subprocess.Popen(
                     self.command(*arguments), cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
                     text=True) as program:
