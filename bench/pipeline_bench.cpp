@@ -68,7 +68,7 @@ struct Coder {
 };
 
 std::vector<Coder> coders() {
-    std::vector<Coder> all(5);
+    std::vector<Coder> all(6);
     all[0].name = "rlpca";
     all[1] = {"pdct", {.method = CodecMethod::kPdct, .bits = 10}};
     all[2] = {"pdct-temporal-rd",
@@ -78,6 +78,7 @@ std::vector<Coder> coders() {
                .allocation = CoefficientAllocation::kRd}};
     all[3] = {"splitcoder", {.method = CodecMethod::kSplitcoder, .max_error_relative = kBound}};
     all[4] = {"static", {.method = CodecMethod::kStatic, .predictor = GeometryPredictor::kWeighted}};
+    all[5] = {"rtpca", {.method = CodecMethod::kRtpca, .step = 1e-3}};
     return all;
 }
 
@@ -85,6 +86,7 @@ Job make_job(const std::filesystem::path& input, const std::filesystem::path& ou
     Job job;
     job.name = std::string(coder.name) + "/" + input.stem().string();
     job.codec = coder.parameters;
+    if (coder.parameters.method == CodecMethod::kRtpca) job.segmentation.method = SegmentationMethod::kRigid;
     job.input = input;
     job.output = output;
     return job;
@@ -202,6 +204,31 @@ void run_decode(benchmark::State& state, const Job& job) {
     state.counters["peak_MB"] = peak_memory_mb();
 }
 
+/// From a decoded clip to positions in memory: what a player does for every frame.
+void run_show(benchmark::State& state, const Job& job) {
+    const auto threads = static_cast<int>(state.range(0));
+    auto result = ResultDecoder::open(job.output, kMemory);
+    if (!result) {
+        state.SkipWithError(result.error().to_string().c_str());
+        return;
+    }
+    const ResultHeader& header = result->reader().header();
+    std::vector<float> positions(static_cast<std::size_t>(3 * header.vertex_count * header.frame_count));
+    const TbbExecutor executor(kNeverStop);
+    const auto clip =
+        decode_clip(result->reader().read_clip(0).value(), result->triangles(), -1, kMemory, executor)
+            .value();
+    for (auto _ : state) {
+        run_with_threads(threads, [&] {
+            (void)clip->reconstruct(0, {positions.data(), header.frame_count, header.vertex_count}, executor);
+        });
+        benchmark::ClobberMemory();
+    }
+    state.counters["MB/s"] = benchmark::Counter(
+        4.0 * static_cast<double>(positions.size()) * static_cast<double>(state.iterations()) / 1e6,
+        benchmark::Counter::kIsRate);
+}
+
 void run_memcpy(benchmark::State& state, const Job& job) {
     const auto bytes = SourceClip::open(job.input).value()->vertex_count() *
                        SourceClip::open(job.input).value()->frame_count() * 12;
@@ -270,6 +297,7 @@ int run(int argc, char** argv) {
         add("encode", run_encode)->Arg(1)->Arg(2);
         add("code", run_code)->Arg(1)->Arg(2);
         add("decode", run_decode)->Arg(1)->Arg(2);
+        add("show", run_show)->Arg(1)->Arg(2);
         if (job.codec.method == CodecMethod::kSplitcoder) add("quantise-delta-zstd", run_reference);
         if (&job == &jobs.front()) add("memcpy", run_memcpy);
     }

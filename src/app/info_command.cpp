@@ -38,6 +38,11 @@ nlohmann::json to_json(const SectionBytes& bytes) {
 nlohmann::json to_json(const CodecParameters& parameters) {
     if (parameters.method == CodecMethod::kStatic)
         return {{"method", to_name(parameters.method)}, {"bits", parameters.bits}};
+    if (parameters.method == CodecMethod::kRtpca) {
+        return {{"method", to_name(parameters.method)},
+                {"step", parameters.step},
+                {"max_error", parameters.max_error}};
+    }
     return {{"method", to_name(parameters.method)},
             {"space", to_name(parameters.space)},
             {"components", parameters.components},

@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "codecs/clip_bitstream.h"
+#include "codecs/orlpca.h"
 #include "codecs/pdct.h"
 #include "codecs/rlpca.h"
+#include "codecs/rtpca.h"
 #include "codecs/splitcoder.h"
 #include "codecs/static_coder.h"
 
@@ -18,19 +20,37 @@ tl::unexpected<Error> unknown_method(CodecMethod method) {
                 "coder '" + std::string(to_name(method)) + "' is not in this version");
 }
 
+/// RTPCA or, where every vertex has a bound and it is smaller or the only one, SplitCoder.
+Expected<EncodedClip> encode_smallest(PositionsView positions, const MeshTopology& mesh,
+                                      const Segmentation& segmentation, CodecParameters parameters,
+                                      const Executor& executor) {
+    auto components = encode_rtpca(positions, mesh, segmentation, parameters, executor);
+    if (!(parameters.max_error > 0.0 || parameters.max_error_relative > 0.0)) return components;
+    parameters.method = CodecMethod::kSplitcoder;
+    auto vertices = encode_splitcoder(positions, mesh, parameters, executor);
+    if (!vertices) return components;
+    return components && components->bitstream.size() <= vertices->bitstream.size() ? components : vertices;
+}
+
 /// Fails with kUnsupported for any other method: check_parameters and these switches know the same ones.
 Expected<EncodedClip> encode_with(PositionsView positions, const MeshTopology& mesh,
                                   const Segmentation& segmentation, const CodecParameters& parameters,
                                   const Executor& executor) {
     switch (parameters.method) {
+        case CodecMethod::kAuto:
+            return encode_smallest(positions, mesh, segmentation, parameters, executor);
         case CodecMethod::kStatic:
             return encode_static(positions, mesh, parameters, executor);
         case CodecMethod::kSplitcoder:
             return encode_splitcoder(positions, mesh, parameters, executor);
         case CodecMethod::kRlpca:
             return encode_rlpca(positions, mesh, segmentation, parameters, executor);
+        case CodecMethod::kOrlpca:
+            return encode_orlpca(positions, mesh, segmentation, parameters, executor);
         case CodecMethod::kPdct:
             return encode_pdct(positions, mesh, segmentation, parameters, executor);
+        case CodecMethod::kRtpca:
+            return encode_rtpca(positions, mesh, segmentation, parameters, executor);
         default:
             return unknown_method(parameters.method);
     }
@@ -43,9 +63,12 @@ Expected<ClipInfo> read_info(const ClipBitstream& clip) {
         case CodecMethod::kSplitcoder:
             return read_splitcoder_info(clip);
         case CodecMethod::kRlpca:
+        case CodecMethod::kOrlpca:
             return read_rlpca_info(clip);
         case CodecMethod::kPdct:
             return read_pdct_info(clip);
+        case CodecMethod::kRtpca:
+            return read_rtpca_info(clip);
         default:
             return unknown_method(clip.method);
     }
@@ -153,9 +176,12 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
         case CodecMethod::kSplitcoder:
             return decode_splitcoder(*clip, mesh, size_limit_bytes, executor);
         case CodecMethod::kRlpca:
-            return decode_rlpca(*clip, mesh, components, size_limit_bytes, executor);
+        case CodecMethod::kOrlpca:
+            return decode_rlpca(*clip, *mesh, components, size_limit_bytes, executor);
         case CodecMethod::kPdct:
             return decode_pdct(*clip, mesh, size_limit_bytes, executor);
+        case CodecMethod::kRtpca:
+            return decode_rtpca(*clip, mesh, components, size_limit_bytes, executor);
         default:
             return unknown_method(clip->method);
     }

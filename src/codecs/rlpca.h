@@ -16,11 +16,13 @@ Expected<EncodedClip> encode_rlpca(PositionsView positions, const MeshTopology& 
                                    const Segmentation& segmentation, const CodecParameters& parameters,
                                    const Executor& executor);
 
+// Clips of ORLPCA (codecs/orlpca.h) are read by the same functions.
+
 /// Parameters and counts from the sections of a clip coded by encode_rlpca. Errors: kCorrupt.
 Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip);
 
-/// See decode_clip.
-Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const SharedMesh& mesh,
+/// See decode_clip. mesh: not held on to.
+Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const MeshTopology& mesh,
                                                     std::int32_t components, std::int64_t size_limit_bytes,
                                                     const Executor& executor);
 

@@ -285,7 +285,7 @@ Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
     info.frame_count = clip.frame_count;
     info.cluster_count = header->cluster_count;
     info.component_count = header->components;
-    info.parameters.method = CodecMethod::kRlpca;
+    info.parameters.method = clip.method;
     info.parameters.space = header->space;
     info.parameters.components = header->components;
     info.parameters.basis_bits = header->basis_bits;
@@ -294,11 +294,11 @@ Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
     return info;
 }
 
-Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const SharedMesh& mesh,
+Expected<std::unique_ptr<DecodedClip>> decode_rlpca(const ClipBitstream& clip, const MeshTopology& mesh,
                                                     std::int32_t components, std::int64_t size_limit_bytes,
                                                     const Executor& executor) {
     auto decoded = std::make_unique<RlpcaClip>();
-    if (auto done = decoded->decode(clip, *mesh, components, size_limit_bytes, executor); !done)
+    if (auto done = decoded->decode(clip, mesh, components, size_limit_bytes, executor); !done)
         return tl::unexpected(done.error());
     return decoded;
 }

@@ -1,7 +1,8 @@
 #include "core/parameters.h"
 
-#include <limits>
+#include <cmath>
 #include <string>
+#include <vector>
 
 namespace batchenc {
 namespace {
@@ -17,6 +18,8 @@ Expected<void> check_range(const char* name, std::int32_t value, std::int32_t lo
 
 std::string_view to_name(CodecMethod method) {
     switch (method) {
+        case CodecMethod::kAuto:
+            return "auto";
         case CodecMethod::kStatic:
             return "static";
         case CodecMethod::kSplitcoder:
@@ -163,6 +166,34 @@ std::string_view to_name(NormalPredictor predictor) {
     return "unknown";
 }
 
+std::string_view to_name(RateMeasure rate) {
+    switch (rate) {
+        case RateMeasure::kVectors:
+            return "vectors";
+        case RateMeasure::kBits:
+            return "bits";
+    }
+    return "unknown";
+}
+
+std::string_view to_name(CodecTarget target) {
+    switch (target) {
+        case CodecTarget::kMaxError:
+            return "max_error";
+        case CodecTarget::kMaxErrorRelative:
+            return "max_error_relative";
+        case CodecTarget::kKg:
+            return "kg";
+        case CodecTarget::kDa:
+            return "da";
+        case CodecTarget::kBpvf:
+            return "bpvf";
+        case CodecTarget::kComponents:
+            return "components";
+    }
+    return "unknown";
+}
+
 NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
     const NormalFit own =
         predictor == GeometryPredictor::kHopi ? NormalFit{8, 2.68f, 0.9f} : NormalFit{18, 1.3f, 0.5f};
@@ -171,15 +202,51 @@ NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
 }
 
 bool has_components(CodecMethod method) {
-    return method == CodecMethod::kRlpca || method == CodecMethod::kOrlpca || method == CodecMethod::kRtpca;
+    return method == CodecMethod::kRlpca || method == CodecMethod::kOrlpca || counts_clusters(method);
 }
 
 bool uses_clusters(CodecMethod method) {
     return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
 }
 
-bool has_bound(CodecMethod method) {
-    return method == CodecMethod::kStatic || method == CodecMethod::kSplitcoder;
+bool counts_clusters(CodecMethod method) {
+    return method == CodecMethod::kRtpca || method == CodecMethod::kAuto;
+}
+
+bool is_available(CodecMethod method) { return to_name(method) != "unknown"; }
+
+bool takes_target(CodecMethod method, CodecTarget target) {
+    const bool is_bound = target == CodecTarget::kMaxError || target == CodecTarget::kMaxErrorRelative;
+    switch (method) {
+        case CodecMethod::kStatic:
+        case CodecMethod::kSplitcoder:
+            return is_bound;
+        case CodecMethod::kOrlpca:
+            return !is_bound;
+        case CodecMethod::kRtpca:
+        case CodecMethod::kAuto:
+            return target != CodecTarget::kComponents;
+        default:
+            return false;
+    }
+}
+
+double value_of(const CodecParameters& parameters, CodecTarget target) {
+    switch (target) {
+        case CodecTarget::kMaxError:
+            return parameters.max_error;
+        case CodecTarget::kMaxErrorRelative:
+            return parameters.max_error_relative;
+        case CodecTarget::kKg:
+            return parameters.target_kg;
+        case CodecTarget::kDa:
+            return parameters.target_da;
+        case CodecTarget::kBpvf:
+            return parameters.target_bpvf;
+        case CodecTarget::kComponents:
+            return parameters.target_components;
+    }
+    return 0.0;
 }
 
 bool has_predictor(CodecMethod method, GeometryPredictor predictor) {
@@ -202,21 +269,26 @@ Expected<void> check_parameters(const SegmentationParameters& parameters) {
 }
 
 Expected<void> check_values(const CodecParameters& parameters) {
-    if (parameters.method != CodecMethod::kRlpca && parameters.method != CodecMethod::kStatic &&
-        parameters.method != CodecMethod::kPdct && parameters.method != CodecMethod::kSplitcoder) {
+    if (!is_available(parameters.method)) {
         return fail(ErrorCode::kUnsupported,
                     "codec method '" + std::string(to_name(parameters.method)) +
-                        "' is not in this version; use rlpca, pdct, splitcoder or static");
+                        "' is not in this version; use rlpca, orlpca, pdct, splitcoder or static");
     }
     if (to_name(parameters.predictor) == "unknown") {
         return fail(ErrorCode::kUnsupported, "codec predictor " +
                                                  std::to_string(static_cast<int>(parameters.predictor)) +
                                                  " is not in this version");
     }
-    for (const double target : {parameters.max_error, parameters.max_error_relative}) {
-        if (!(target >= 0.0 && target < std::numeric_limits<double>::infinity()))
-            return fail(ErrorCode::kInvalidArgument, "codec.target: an error below 0 or not finite");
+    for (const CodecTarget target : kCodecTargets) {
+        const double value = value_of(parameters, target);
+        if (!(value >= 0.0 && std::isfinite(value)))
+            return fail(ErrorCode::kInvalidArgument,
+                        "codec.target." + std::string(to_name(target)) + " is below 0 or not finite");
     }
+    if (!(parameters.step >= 1e-7 && parameters.step <= 1.0))
+        return fail(ErrorCode::kInvalidArgument, "codec.step is outside 1e-7 to 1");
+    if (to_name(parameters.rate) == "unknown")
+        return fail(ErrorCode::kUnsupported, "codec rate is not in this version");
     if (to_name(parameters.normal) == "unknown")
         return fail(ErrorCode::kUnsupported, "codec normal predictor is not in this version");
     if (parameters.space != CoordinateSpace::kLocal && parameters.space != CoordinateSpace::kWorld) {
@@ -231,17 +303,60 @@ Expected<void> check_values(const CodecParameters& parameters) {
         return fail(ErrorCode::kUnsupported, "codec transform or allocation is not in this version");
     if (!(parameters.keep >= 0.0 && parameters.keep <= 1.0))
         return fail(ErrorCode::kInvalidArgument, "codec.keep is outside 0 to 1");
+    constexpr std::int32_t kMostComponents = 65535 * 4096;  // of all clusters that there can be
     return check_range(
                "codec.bits", parameters.bits, 4,
                parameters.method == CodecMethod::kPdct || parameters.method == CodecMethod::kSplitcoder ? 20
                                                                                                         : 24)
         .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
+        .and_then([&] {
+            return check_range("codec.target.components", parameters.target_components, 0, kMostComponents);
+        })
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
         .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
         .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); })
         .and_then([&] { return check_range("codec.block", parameters.block, 2, 256); })
         .and_then([&] { return check_range("codec.intra_bits", parameters.intra_bits, 4, 20); });
 }
+
+namespace {
+
+/// Names of all targets that a method takes, "a, b or c"; empty where it takes none.
+std::string targets_of(CodecMethod method) {
+    std::vector<std::string_view> names;
+    for (const CodecTarget target : kCodecTargets)
+        if (takes_target(method, target)) names.push_back(to_name(target));
+    std::string list;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        list += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+    return list;
+}
+
+/// At most one target, one that the method takes, and one at least where nothing else says how much to keep.
+Expected<void> check_target(const CodecParameters& parameters) {
+    const std::string method = "codec.method '" + std::string(to_name(parameters.method)) + "'";
+    std::string_view chosen;
+    for (const CodecTarget target : kCodecTargets) {
+        if (value_of(parameters, target) == 0.0) continue;
+        const std::string_view name = to_name(target);
+        if (!takes_target(parameters.method, target)) {
+            const std::string others = targets_of(parameters.method);
+            return fail(ErrorCode::kUnsupported,
+                        "codec.target." + std::string(name) + ": " + method + " takes " +
+                            (others.empty() ? "no targets" : "other targets: " + others));
+        }
+        if (!chosen.empty())
+            return fail(ErrorCode::kInvalidArgument, "codec.target: " + std::string(chosen) + " and " +
+                                                         std::string(name) + " exclude each other");
+        chosen = name;
+    }
+    if (chosen.empty() && parameters.method == CodecMethod::kOrlpca)
+        return fail(ErrorCode::kInvalidArgument,
+                    method + " needs a codec.target: " + targets_of(parameters.method));
+    return {};
+}
+
+}  // namespace
 
 Expected<void> check_parameters(const CodecParameters& parameters) {
     if (auto checked = check_values(parameters); !checked) return checked;
@@ -250,14 +365,7 @@ Expected<void> check_parameters(const CodecParameters& parameters) {
                     "codec.predictor '" + std::string(to_name(parameters.predictor)) +
                         "' is not one of codec.method '" + std::string(to_name(parameters.method)) + "'");
     }
-    if ((parameters.max_error > 0.0 || parameters.max_error_relative > 0.0) && !has_bound(parameters.method))
-        return fail(ErrorCode::kUnsupported, "codec.target: codec.method '" +
-                                                 std::string(to_name(parameters.method)) +
-                                                 "' keeps no bound on vertices; use splitcoder or static");
-    if (parameters.max_error > 0.0 && parameters.max_error_relative > 0.0)
-        return fail(ErrorCode::kInvalidArgument,
-                    "codec.target: max_error and max_error_relative exclude each other");
-    return {};
+    return check_target(parameters);
 }
 
 }  // namespace batchenc

@@ -11,6 +11,8 @@ namespace batchenc {
 
 /// The coder of a clip.
 enum class CodecMethod : std::uint8_t {
+    kAuto = 0,  ///< in parameters only: RTPCA or, where there is a bound on every vertex and it makes the
+                ///< smaller stream, SplitCoder
     kStatic = 1,
     kSplitcoder = 2,
     kRlpca = 3,
@@ -97,6 +99,19 @@ enum class PdctTransform : std::uint8_t {
     kTemporal = 1,  ///< time as well, a block of frames at once (chapter 9)
 };
 
+/// What ORLPCA takes for the rate of a component when it shares components out (6.5).
+enum class RateMeasure : std::uint8_t {
+    kVectors = 0,  ///< how many numbers it consists of, those of a basis vector and of its coefficients; the
+                   ///< thesis counts vectors, whatever their length
+    kBits = 1,     ///< the bits that the entropy coder makes of them
+};
+
+/// What a job may ask for instead of steps and counts; each is a field of CodecParameters.
+enum class CodecTarget : std::uint8_t { kMaxError, kMaxErrorRelative, kKg, kDa, kBpvf, kComponents };
+inline constexpr CodecTarget kCodecTargets[] = {CodecTarget::kMaxError, CodecTarget::kMaxErrorRelative,
+                                                CodecTarget::kKg,       CodecTarget::kDa,
+                                                CodecTarget::kBpvf,     CodecTarget::kComponents};
+
 /// Name as it stands in a job file, such as "rlpca", "clustering", "local"; "unknown" for a number that is
 /// none.
 std::string_view to_name(CodecMethod method);
@@ -108,9 +123,15 @@ std::string_view to_name(TangentialPredictor predictor);
 std::string_view to_name(CoefficientAllocation allocation);
 std::string_view to_name(PdctTransform transform);
 std::string_view to_name(NormalPredictor predictor);
+std::string_view to_name(RateMeasure rate);
+std::string_view to_name(CodecTarget target);  ///< as under codec.target, such as "max_error"
 
 /// Clusters at most where their number is found on the way; what they need is what memory is set aside for.
 inline constexpr std::int32_t kMostAutomaticClusters = 1024;
+
+/// Components that orlpca gives a cluster at most where a job file does not say; what they need is what
+/// memory is set aside for.
+inline constexpr std::int32_t kDefaultMostComponents = 64;
 
 struct SegmentationParameters {
     SegmentationMethod method = SegmentationMethod::kClustering;
@@ -133,16 +154,27 @@ struct CodecParameters {
     TangentialPredictor tangential = TangentialPredictor::kFitted;
     NormalFit fit = {};
 
-    // rlpca
+    // targets, 0 for none; at most one of them and of max_error and max_error_relative
+    double target_kg = 0.0;    ///< orlpca, rtpca: percent; kg is not above it
+    double target_da = 0.0;    ///< orlpca, rtpca: percent; da is not above it
+    double target_bpvf = 0.0;  ///< orlpca, rtpca: bits a vertex and frame of all that the decoder reads, not
+                               ///< exceeded; encode_clip: of the clip's bitstream
+    std::int32_t target_components = 0;  ///< orlpca: components of all clusters of a clip together
+
+    // rlpca, orlpca
     CoordinateSpace space = CoordinateSpace::kLocal;
     std::int32_t components =
-        20;  ///< principal components a cluster, 1 … 4096; fewer where the rank is lower
+        20;  ///< principal components a cluster, 1 … 4096; fewer where the rank is lower; orlpca: at most
     std::int32_t basis_bits = 12;        ///< bits of a basis value over its matrix' range, 2 … 20
     std::int32_t coefficient_bits = 12;  ///< bits of a coefficient over its matrix' range, 2 … 20
     std::int32_t frame_bits = 16;  ///< bits of a seed triangle's coordinate over e_max, 4 … 22; pdct too
+    RateMeasure rate = RateMeasure::kBits;  ///< orlpca
 
     // splitcoder
     NormalPredictor normal = NormalPredictor::kTime;
+
+    // rtpca
+    double step = 2e-4;  ///< quantisation step of a coefficient over e_max, 1e-7 … 1
 
     // pdct
     PdctTransform transform = PdctTransform::kSpatial;
@@ -154,9 +186,12 @@ struct CodecParameters {
 
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.
 bool uses_clusters(CodecMethod method);
-/// Whether a coder keeps a bound on every vertex, so that it takes the targets max_error and
-/// max_error_relative.
-bool has_bound(CodecMethod method);
+/// Whether the coder finds out for itself how many clusters pay, where their number is left open.
+bool counts_clusters(CodecMethod method);
+/// Whether a coder can be given a target.
+bool takes_target(CodecMethod method, CodecTarget target);
+/// The value of a target, 0 where there is none.
+double value_of(const CodecParameters& parameters, CodecTarget target);
 /// Whether a coder knows a predictor; every coder knows `auto`.
 bool has_predictor(CodecMethod method, GeometryPredictor predictor);
 /// Whether a coder describes each clip by components of its own, so that a clip of one kind of motion needs
@@ -170,11 +205,14 @@ bool is_in_range(const NormalFit& fit);
 /// 0.5.
 NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor);
 
+/// Whether this build has the coder; the one place that says which numbers of CodecMethod are for later.
+bool is_available(CodecMethod method);
+
 /// Refuses parameters outside the ranges above (kInvalidArgument, naming the parameter), and methods that
 /// this build does not have (kUnsupported).
 Expected<void> check_parameters(const SegmentationParameters& parameters);
 Expected<void> check_parameters(const CodecParameters& parameters);
-/// The same but for what one parameter asks of another, such as the predictors of a method.
+/// The same but for what one parameter asks of another, such as the predictors and targets of a method.
 Expected<void> check_values(const CodecParameters& parameters);
 
 }  // namespace batchenc

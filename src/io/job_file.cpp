@@ -1,5 +1,6 @@
 #include "io/job_file.h"
 
+#include <algorithm>
 #include <fstream>
 #include <new>
 #include <system_error>
@@ -113,9 +114,6 @@ class JobReader {
                 return read_sweep(entry.value, file_).map([&](std::vector<SweepAxis> axes) {
                     axes_ = std::move(axes);
                 });
-            case JobKeyType::kLater:
-                return fail(ErrorCode::kUnsupported, std::string(key->path) + " arrives in a later version",
-                            place_in(file_, entry.at));
             default:
                 return read_value(*key, entry.value, file_).and_then([&](const JobValue& value) {
                     return assign_value(*key, value, entry.value.at, file_, draft_);
@@ -161,6 +159,12 @@ class JobReader {
             auto done = assign_value(*axis.key, axis.values[choice[a]], axis.places[choice[a]], file_, draft);
             if (!done) return tl::unexpected(done.error());
         }
+        if (draft.job.codec.method == CodecMethod::kOrlpca && !is_given("codec.components"))
+            draft.job.codec.components = kDefaultMostComponents;
+        if (counts_clusters(draft.job.codec.method)) {
+            if (!is_given("segmentation.method")) draft.job.segmentation.method = SegmentationMethod::kRigid;
+            if (!is_given("segmentation.clusters")) draft.job.segmentation.clusters = 0;
+        }
         if (auto checked = check_codec_and_segmentation(draft.job); !checked) {
             return fail_within(place_in(file_, places_.of("codec")), checked.error());
         }
@@ -195,6 +199,12 @@ class JobReader {
         return yaml;
     }
 
+    /// Whether the file says what a key is, once or in its sweep.
+    bool is_given(std::string_view path) const {
+        return places_.by_key.contains(path) ||
+               std::any_of(axes_.begin(), axes_.end(),
+                           [&](const SweepAxis& axis) { return axis.key->path == path; });
+    }
     std::string all_placeholders() const {
         std::string list;
         for (const SweepAxis& axis : axes_)

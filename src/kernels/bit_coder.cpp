@@ -59,6 +59,19 @@ constexpr auto make_reciprocals() {
 }
 constexpr auto kReciprocal = make_reciprocals();
 
+// What is called for every bit, where the compiler sees that it is small.
+inline std::uint32_t squash_of(int x) {
+    return kSquash[static_cast<std::size_t>(std::clamp(x, -kLogisticLimit, kLogisticLimit) + kLogisticLimit)];
+}
+
+inline std::uint32_t learnt(std::uint32_t state, bool bit) {
+    const std::uint32_t count = state & kCountMask;
+    const auto p = static_cast<std::int32_t>(state >> 10);
+    const std::int32_t target = bit ? (1 << 22) - 1 : 0;
+    const auto moved = static_cast<std::int32_t>((std::int64_t{target - p} * kReciprocal[count]) >> 16);
+    return (static_cast<std::uint32_t>(p + moved) << 10) | std::min(count + 1, kCountLimit);
+}
+
 }  // namespace
 
 BitCoder::BitCoder(std::span<const std::uint8_t> bytes) : is_decoder_(true), bytes_(bytes) {
@@ -98,21 +111,13 @@ Expected<void> BitCoder::check_end() const {
     return {};
 }
 
-std::uint32_t squash(int x) {
-    return kSquash[static_cast<std::size_t>(std::clamp(x, -kLogisticLimit, kLogisticLimit) + kLogisticLimit)];
-}
+std::uint32_t squash(int x) { return squash_of(x); }
 
 int stretch(std::uint32_t probability) { return kStretch[probability]; }
 
-void AdaptiveBit::learn(bool bit) {
-    const std::uint32_t count = state_ & kCountMask;
-    const auto p = static_cast<std::int32_t>(state_ >> 10);
-    const std::int32_t target = bit ? (1 << 22) - 1 : 0;
-    const auto moved = static_cast<std::int32_t>((std::int64_t{target - p} * kReciprocal[count]) >> 16);
-    state_ = (static_cast<std::uint32_t>(p + moved) << 10) | std::min(count + 1, kCountLimit);
-}
+void AdaptiveBit::learn(bool bit) { state_ = learnt(state_, bit); }
 
-MixedBits::MixedBits(std::initializer_list<std::size_t> context_counts, std::size_t set_count)
+MixedBits::MixedBits(std::span<const std::size_t> context_counts, std::size_t set_count)
     : inputs_(context_counts.size() + 1), weights_(set_count * (context_counts.size() + 1), kFirstWeight) {
     std::size_t total = 0;
     for (const std::size_t count : context_counts) {
@@ -130,13 +135,13 @@ bool MixedBits::code(BitCoder& coder, bool bit, std::span<const std::size_t> con
     std::int64_t sum = 0;
     for (std::size_t i = 0; i + 1 < inputs_; ++i) {
         sources[i] = &bits_[first_[i] + contexts[i]];
-        inputs[i] = stretch(sources[i]->probability12());
+        inputs[i] = kStretch[sources[i]->probability12()];
         sum += std::int64_t{weights[i]} * inputs[i];
     }
     inputs[inputs_ - 1] = kConstant;
     sum += std::int64_t{weights[inputs_ - 1]} * kConstant;
     const auto mixed = static_cast<int>(std::clamp<std::int64_t>(sum >> 16, -kLogisticLimit, kLogisticLimit));
-    const std::uint32_t probability = squash(mixed);
+    const std::uint32_t probability = squash_of(mixed);
     bit = coder.code(bit, probability);
 
     const std::int32_t error = (bit ? 65536 : 0) - static_cast<std::int32_t>(probability);
@@ -145,7 +150,7 @@ bool MixedBits::code(BitCoder& coder, bool bit, std::span<const std::size_t> con
         weights[i] =
             std::clamp(weights[i] + ((inputs[i] * error) >> kRateShift), -kLargestWeight, kLargestWeight);
     }
-    for (std::size_t i = 0; i + 1 < inputs_; ++i) sources[i]->learn(bit);
+    for (std::size_t i = 0; i + 1 < inputs_; ++i) sources[i]->state_ = learnt(sources[i]->state_, bit);
     return bit;
 }
 

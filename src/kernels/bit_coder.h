@@ -75,6 +75,7 @@ class AdaptiveBit {
     void learn(bool bit);
 
  private:
+    friend class MixedBits;
     std::uint32_t state_ = 1u << 31;  // 22 bits of probability, 10 of a count
 };
 
@@ -87,7 +88,9 @@ class MixedBits {
 
     /// context_counts: how many values each of up to kMostContexts contexts takes. set_count: sets of
     /// weights.
-    MixedBits(std::initializer_list<std::size_t> context_counts, std::size_t set_count);
+    MixedBits(std::span<const std::size_t> context_counts, std::size_t set_count);
+    MixedBits(std::initializer_list<std::size_t> context_counts, std::size_t set_count)
+        : MixedBits(std::span(context_counts.begin(), context_counts.size()), set_count) {}
 
     /// contexts: as many as there are counts, each below its count. set: below set_count.
     bool code(BitCoder& coder, bool bit, std::span<const std::size_t> contexts, std::size_t set);

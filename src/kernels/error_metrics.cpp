@@ -267,8 +267,10 @@ ErrorMetrics ErrorMeter::finish() const {
 
     double squared_sum = 0.0;
     for (const double sum : sum_) squared_sum += sum * sum;
-    metrics.da = percent(squared_error, sum_of_squares_ - squared_sum / frame_count);
-    metrics.kg = percent(squared_error, squared_spread_);
+    metrics.da_spread = std::max(0.0, sum_of_squares_ - squared_sum / frame_count);
+    metrics.kg_spread = squared_spread_;
+    metrics.da = percent(squared_error, metrics.da_spread);
+    metrics.kg = percent(squared_error, metrics.kg_spread);
 
     Bounds box = bounds_.front();
     for (const Bounds& bounds : bounds_) {

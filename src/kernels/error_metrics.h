@@ -15,8 +15,10 @@ struct ErrorMetrics {
         0.0;  ///< percent, over each vertex' mean over time (Amjoun, section 8.3); NaN where undefined
     double kg =
         0.0;  ///< percent, over each frame's mean position (Karni and Gotsman 2004); NaN where undefined
-    double rmse = 0.0;                ///< sqrt of the mean squared vertex distance, world units
-    double max_error = 0.0;           ///< largest vertex distance, world units
+    double da_spread = 0.0;  ///< what da is over: squared distances from each vertex' mean over time, summed
+    double kg_spread = 0.0;  ///< what kg is over: squared distances from each frame's mean position, summed
+    double rmse = 0.0;       ///< sqrt of the mean squared vertex distance, world units
+    double max_error = 0.0;  ///< largest vertex distance, world units
     double max_error_relative = 0.0;  ///< max_error over the diagonal of the source's bounding box; NaN where
                                       ///< that is 0 and max_error is not
     double diagonal = 0.0;  ///< diagonal of the bounding box of all frames of the source, world units

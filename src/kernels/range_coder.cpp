@@ -141,6 +141,18 @@ void RangeEncoder::encode(IntegerModel& model, std::int32_t value) {
     put_bits(static_cast<std::uint32_t>(std::abs(value - form.base)), form.bits);
 }
 
+double RangeEncoder::size_bits() const {
+    static const std::vector<float> bits_of_frequency = [] {
+        std::vector<float> bits(1, 0.0f);
+        for (int frequency = 1; frequency <= 1 << IntegerModel::kFrequencyBits; ++frequency)
+            bits.push_back(static_cast<float>(IntegerModel::kFrequencyBits - std::log2(frequency)));
+        return bits;
+    }();
+    double bits = 8.0 * static_cast<double>(plain_.size()) + static_cast<double>(plain_count_);
+    for (const Step step : steps_) bits += static_cast<double>(bits_of_frequency[step.frequency]);
+    return bits;
+}
+
 std::vector<std::uint8_t> RangeEncoder::finish() {
     std::vector<std::uint8_t> bytes;
     if (steps_.empty()) return bytes;

@@ -100,6 +100,9 @@ class RangeEncoder {
  public:
     /// Codes one value in the context `model`.
     void encode(IntegerModel& model, std::int32_t value);
+    /// What the values coded since the last finish() take, in bits; without the 9 bytes or so that ending a
+    /// stream costs. Within a percent of what finish() makes of them.
+    double size_bits() const;
     /// Ends the stream and gives its bytes (none when nothing was coded); the encoder may then be used again.
     std::vector<std::uint8_t> finish();
 

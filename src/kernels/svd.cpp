@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace batchenc {
@@ -52,25 +53,29 @@ Expected<TruncatedSvd> direct_svd(const ColMajorMatrixXf& matrix, std::int64_t r
     return TruncatedSvd{u.leftCols(r).cast<float>(), values.head(r).cast<float>()};
 }
 
-/// The largest `wanted` eigenvalues and vectors of a symmetric matrix (upper triangle; overwritten), largest
-/// first.
+/// Eigenvalues and vectors of a symmetric matrix (upper triangle; overwritten), largest first: the largest
+/// `wanted`, as far as they are above `floor` where that is not negative.
 Expected<std::pair<Eigen::VectorXd, ColMajorMatrixXd>> leading_eigenvectors(ColMajorMatrixXd& symmetric,
-                                                                            std::int64_t wanted) {
+                                                                            std::int64_t wanted,
+                                                                            double floor) {
     const auto n = to_int(symmetric.rows());
     const auto k = static_cast<int>(std::min<std::int64_t>(wanted, n));
+    const bool by_value = floor >= 0.0;
     Eigen::VectorXd values(n);
-    ColMajorMatrixXd vectors(n, k);
-    std::vector<lapack_int> support(static_cast<std::size_t>(2 * std::max(1, k)));
+    ColMajorMatrixXd vectors(n, by_value ? n : k);
+    std::vector<lapack_int> support(static_cast<std::size_t>(2 * std::max(1, n)));
     lapack_int found = 0;
+    const double top = std::numeric_limits<double>::max();
     const lapack_int info =
-        LAPACKE_dsyevr(LAPACK_COL_MAJOR, 'V', 'I', 'U', n, symmetric.data(), n, 0.0, 0.0, n - k + 1, n, 0.0,
-                       &found, values.data(), vectors.data(), n, support.data());
-    if (info != 0 || found != k) return lapack_failure("dsyevr", info);
-    return std::pair{Eigen::VectorXd(values.head(k).reverse()),
-                     ColMajorMatrixXd(vectors.rowwise().reverse())};
+        LAPACKE_dsyevr(LAPACK_COL_MAJOR, 'V', by_value ? 'V' : 'I', 'U', n, symmetric.data(), n, floor, top,
+                       n - k + 1, n, 0.0, &found, values.data(), vectors.data(), n, support.data());
+    if (info != 0 || (!by_value && found != k)) return lapack_failure("dsyevr", info);
+    return std::pair{Eigen::VectorXd(values.head(found).reverse()),
+                     ColMajorMatrixXd(vectors.leftCols(found).rowwise().reverse())};
 }
 
-Expected<TruncatedSvd> gram_svd(const ColMajorMatrixXf& matrix, std::int64_t rank) {
+/// floor: of singular values; negative for none.
+Expected<TruncatedSvd> gram_svd(const ColMajorMatrixXf& matrix, std::int64_t rank, double floor = -1.0) {
     const ColMajorMatrixXd a = matrix.cast<double>();
     const auto m = to_int(a.rows()), n = to_int(a.cols());
     const bool tall = m >= n;
@@ -78,7 +83,7 @@ Expected<TruncatedSvd> gram_svd(const ColMajorMatrixXf& matrix, std::int64_t ran
     ColMajorMatrixXd gram(size, size);
     cblas_dsyrk(CblasColMajor, CblasUpper, tall ? CblasTrans : CblasNoTrans, size, tall ? m : n, 1.0,
                 a.data(), m, 0.0, gram.data(), size);
-    auto eigen = leading_eigenvectors(gram, rank);
+    auto eigen = leading_eigenvectors(gram, rank, floor < 0.0 ? -1.0 : floor * floor);
     if (!eigen) return tl::unexpected(eigen.error());
     const Eigen::VectorXd values = eigen->first.cwiseMax(0.0).cwiseSqrt();
     const std::int64_t r = numerical_rank(values, rank);
@@ -163,6 +168,27 @@ Expected<TruncatedSvd> truncated_svd(const ColMajorMatrixXf& matrix, std::int64_
             return randomized_svd(matrix, rank);
     }
     return fail(ErrorCode::kInternal, "no such SVD method");
+}
+
+Expected<TruncatedSvd> svd_above(const ColMajorMatrixXf& matrix, double floor) {
+    if (!matrix.allFinite())
+        return fail(ErrorCode::kNotFinite, "the matrix of trajectories holds NaN or Inf");
+    if ((matrix.array() == 0.0f).all())
+        return TruncatedSvd{ColMajorMatrixXf(matrix.rows(), 0), Eigen::VectorXf(0)};
+    constexpr std::int64_t kFirstRank = 32;
+    const std::int64_t smaller = std::min(matrix.rows(), matrix.cols());
+    for (std::int64_t rank = kFirstRank;
+         choose_svd_method(matrix.rows(), matrix.cols(), rank) == SvdMethod::kRandomized; rank *= 2) {
+        auto svd = randomized_svd(matrix, rank);
+        if (!svd) return svd;
+        std::int64_t above = 0;
+        while (above < svd->singular_values.size() &&
+               static_cast<double>(svd->singular_values[above]) > floor)
+            ++above;
+        if (above == rank) continue;
+        return TruncatedSvd{svd->basis.leftCols(above), svd->singular_values.head(above)};
+    }
+    return gram_svd(matrix, smaller, floor);
 }
 
 RowMajorMatrixXf least_squares_coefficients(const ColMajorMatrixXf& basis, const ColMajorMatrixXf& matrix) {

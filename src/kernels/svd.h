@@ -32,6 +32,11 @@ struct TruncatedSvd {
 /// convergence).
 Expected<TruncatedSvd> truncated_svd(const ColMajorMatrixXf& matrix, std::int64_t rank, SvdMethod method);
 
+/// The left singular vectors whose singular values are above `floor`: by randomised iteration for 32, and for
+/// twice as many as long as all that are found are above it; by the Gram matrix where that is faster.
+/// floor: at least 0. Otherwise as truncated_svd.
+Expected<TruncatedSvd> svd_above(const ColMajorMatrixXf& matrix, double floor);
+
 /// Coefficients C (r × columns) that minimise |matrix - basis C| for a basis (rows × r) that quantisation has
 /// left a little off orthonormal; the plain projection basisᵀ matrix where the basis has lost its rank.
 RowMajorMatrixXf least_squares_coefficients(const ColMajorMatrixXf& basis, const ColMajorMatrixXf& matrix);

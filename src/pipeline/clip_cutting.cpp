@@ -1,11 +1,13 @@
 #include "pipeline/clip_cutting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "io/source_clip.h"
 #include "kernels/bounding_box.h"
 #include "kernels/clip_cuts.h"
+#include "kernels/error_metrics.h"
 #include "pipeline/guarded.h"
 
 namespace batchenc {
@@ -68,6 +70,17 @@ Expected<std::vector<ClipSpan>> cut_by_motion(const JobPlan& plan, const Executo
         first += length;
     }
     return clips;
+}
+
+Expected<double> kg_over_da(const JobPlan& plan, const Executor& executor, const std::atomic<bool>& stop) {
+    ErrorMeter meter(plan.header.vertex_count);
+    const auto read = visit_frames(plan, executor, stop,
+                                   [&](MutablePositionsView frames) { meter.add(frames, frames, executor); });
+    if (!read) return tl::unexpected(read.error());
+    const ErrorMetrics metrics = meter.finish();
+    return metrics.da_spread > 0.0 && metrics.kg_spread > 0.0
+               ? std::sqrt(metrics.da_spread / metrics.kg_spread)
+               : 0.0;
 }
 
 Expected<double> diagonal_of(const JobPlan& plan, const Executor& executor, const std::atomic<bool>& stop) {

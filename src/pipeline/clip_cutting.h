@@ -19,6 +19,10 @@ std::int64_t longest_automatic_clip(CodecMethod method, std::int64_t vertex_coun
 Expected<std::vector<ClipSpan>> cut_by_motion(const JobPlan& plan, const Executor& executor,
                                               const std::atomic<bool>& stop);
 
+/// kg of the whole job over its da, which no error changes; 0 where one of them is not defined. Reads the
+/// frames a block at a time. Errors as above.
+Expected<double> kg_over_da(const JobPlan& plan, const Executor& executor, const std::atomic<bool>& stop);
+
 /// The diagonal of the bounding box of all frames of the job, world units; reads them a block at a time.
 /// Errors as above.
 Expected<double> diagonal_of(const JobPlan& plan, const Executor& executor, const std::atomic<bool>& stop);

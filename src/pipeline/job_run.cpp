@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "codecs/rtpca.h"
 #include "pipeline/clip_cutting.h"
 #include "pipeline/guarded.h"
 #include "pipeline/vertex_order.h"
@@ -52,14 +53,8 @@ std::vector<float> measure_vertex_rmse(PositionsView source, PositionsView decod
 
 Expected<void> JobRun::cut(const std::atomic<bool>& stop) {
     const Stopwatch watch;
-    if (codec_.max_error_relative > 0.0 && plan_.clip_length < plan_.header.frame_count) {
-        // A clip does not know the others' bounding boxes.
-        auto diagonal = guarded(stop, [&] { return diagonal_of(plan_, executor_, stop); });
-        cut_time_s_ = watch.seconds();
-        if (!diagonal) return tl::unexpected(diagonal.error());
-        codec_.max_error = codec_.max_error_relative * *diagonal;
-        codec_.max_error_relative = 0.0;
-    }
+    if (auto shared = share_target(stop); !shared) return shared;
+    cut_time_s_ = watch.seconds();
     if (!plan_.cuts_by_motion) {
         clips_ = plan_.even_clips();
         return {};
@@ -69,6 +64,41 @@ Expected<void> JobRun::cut(const std::atomic<bool>& stop) {
     cut_time_s_ = watch.seconds();
     if (!clips) return tl::unexpected(clips.error());
     clips_ = std::move(*clips);
+    return {};
+}
+
+/// Where there may be several clips: what the target of the whole job is to one of them, which does not know
+/// the others' bounding boxes and mean positions.
+Expected<void> JobRun::share_target(const std::atomic<bool>& stop) {
+    if (!plan_.cuts_by_motion && plan_.clip_length == plan_.header.frame_count) return {};
+    if (codec_.max_error_relative > 0.0) {
+        const auto diagonal = guarded(stop, [&] { return diagonal_of(plan_, executor_, stop); });
+        if (!diagonal) return tl::unexpected(diagonal.error());
+        codec_.max_error = codec_.max_error_relative * *diagonal;
+        codec_.max_error_relative = 0.0;
+    }
+    if (codec_.target_da > 0.0) {
+        // What kg is over adds up over clips; what da is over does not.
+        const auto factor = guarded(stop, [&] { return kg_over_da(plan_, executor_, stop); });
+        if (!factor) return tl::unexpected(factor.error());
+        if (*factor > 0.0) {
+            codec_.target_kg = codec_.target_da * *factor;
+            codec_.target_da = 0.0;
+        }
+    }
+    return {};
+}
+
+/// Leaves the clips what a target in size leaves after the connectivity.
+Expected<void> JobRun::take_connectivity_off_target() {
+    const double taken =
+        8.0 * static_cast<double>(connectivity_.bytes.size()) /
+        (static_cast<double>(plan_.header.vertex_count) * static_cast<double>(plan_.header.frame_count));
+    if (codec_.target_bpvf <= taken)
+        return fail(
+            ErrorCode::kInvalidArgument,
+            "codec.target.bpvf is beyond reach: the connectivity alone takes " + std::to_string(taken));
+    codec_.target_bpvf -= taken;
     return {};
 }
 
@@ -99,12 +129,14 @@ Expected<void> JobRun::open() {
     auto triangles = source_->read_triangles();
     if (!triangles) return tl::unexpected(triangles.error());
     mesh_ = std::make_shared<const MeshTopology>(std::move(*triangles), header.vertex_count);
-    // A free order is that of the coded connectivity, and everything after goes by it.
-    if (job.order == MeshOrder::kPreserve) return {};
+    const bool has_size = codec_.target_bpvf > 0.0;
+    if (job.order == MeshOrder::kPreserve && !has_size) return {};
     if (auto coded = code_connectivity(); !coded) return coded;
-    mesh_ = std::make_shared<const MeshTopology>(std::move(connectivity_.triangles), header.vertex_count);
-    source_vertices_ = std::move(connectivity_.source_vertices);
-    return {};
+    if (job.order == MeshOrder::kFree) {  // that of the coded connectivity, and everything after goes by it
+        mesh_ = std::make_shared<const MeshTopology>(std::move(connectivity_.triangles), header.vertex_count);
+        source_vertices_ = std::move(connectivity_.source_vertices);
+    }
+    return has_size ? take_connectivity_off_target() : Expected<void>{};
 }
 
 Expected<void> JobRun::code_connectivity() {
@@ -140,7 +172,10 @@ Expected<void> JobRun::read(ClipInFlight& clip) {
 Expected<void> JobRun::segment(ClipInFlight& clip) {
     if (!uses_clusters(plan_.job.codec.method)) return {};
     const PositionsView source = view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
-    auto segmentation = segment_clip(source, mesh_->triangles(), plan_.job.segmentation, executor_);
+    const SegmentationParameters& asked = plan_.job.segmentation;
+    auto segmentation = counts_clusters(codec_.method) && asked.clusters == 0
+                            ? segment_for_rtpca(source, *mesh_, asked, codec_, executor_)
+                            : segment_clip(source, mesh_->triangles(), asked, executor_);
     if (!segmentation) return tl::unexpected(segmentation.error());
     clip.segmentation = std::move(*segmentation);
     return {};
@@ -187,6 +222,7 @@ Expected<void> JobRun::verify_positions(ClipInFlight& clip) {
         const PositionsView source =
             view_of(std::as_const(clip.source), clip.span, plan_.header.vertex_count);
         clip.labels = (*decoder)->labels();
+        if (clip.labels.empty()) clip.segmentation.cluster_deviations.clear();  // the coder took no clusters
         clip.vertex_rmse = measure_vertex_rmse(source, decoded, executor_);
     }
     return {};
@@ -213,6 +249,21 @@ Expected<void> JobRun::write(ClipInFlight& clip) {
     return clip.index + 1 == static_cast<std::int64_t>(clips_.size()) ? finish() : Expected<void>{};
 }
 
+/// Whether the result keeps the job's target.
+Expected<void> JobRun::check_target() const {
+    constexpr double kRounding = 1.0 + 1e-9;  // of sums over clips
+    const CodecParameters& asked = plan_.job.codec;
+    for (const CodecTarget target : {CodecTarget::kKg, CodecTarget::kDa, CodecTarget::kBpvf}) {
+        const double most = value_of(asked, target);
+        const std::string name(to_name(target));
+        const double reached = metrics_.values.at(name);
+        if (most > 0.0 && !(reached <= most * kRounding))
+            return fail(ErrorCode::kVerification, name + " is " + std::to_string(reached) +
+                                                      ", above its target " + std::to_string(most));
+    }
+    return {};
+}
+
 Expected<void> JobRun::finish() {
     // encode_time_s: finding the cuts, and from the first clip's read to the last clip's write, other jobs'
     // clips in between included. decode_time_s: entropy decoding and reconstruction of all clips, each clip's
@@ -223,6 +274,7 @@ Expected<void> JobRun::finish() {
     metrics_ =
         make_result_metrics(bytes_, errors, clips_, plan_.header.vertex_count, plan_.header.frame_count,
                             cut_time_s_ + since_first_read_.seconds(), decode_time_s_);
+    if (auto kept = check_target(); !kept) return kept;
     return writer_->finish(metrics_);
 }
 

@@ -57,14 +57,17 @@ class JobRun {
     JobReport close();
 
  private:
+    Expected<void> share_target(const std::atomic<bool>& stop);
     Expected<void> open();
+    Expected<void> take_connectivity_off_target();
     Expected<void> code_connectivity();
     Expected<void> verify_connectivity() const;
     Expected<void> verify_positions(ClipInFlight& clip);
+    Expected<void> check_target() const;
     Expected<void> finish();
 
     const JobPlan& plan_;
-    CodecParameters codec_;  // the job's; a relative target becomes one in world units
+    CodecParameters codec_;  // the job's; with the target as it is for one clip
     const Executor& executor_;
 
     std::vector<ClipSpan> clips_;

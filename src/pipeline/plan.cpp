@@ -134,11 +134,16 @@ std::int64_t clip_memory_bytes(const JobPlan& plan) {
         std::max<std::int64_t>(0, 4 * vertices * clusters - 12 * vertices * plan.clip_length);
     const std::int64_t tables =
         (96 + 8 * std::int64_t{std::min(plan.job.codec.components, 64)}) * clusters * plan.clip_length;
+    // ORLPCA keeps the components of all clusters, as they are and quantised.
+    const std::int64_t components =
+        plan.job.codec.method == CodecMethod::kOrlpca
+            ? 2 * 12 * vertices * std::min<std::int64_t>(plan.job.codec.components, plan.clip_length)
+            : 0;
     const std::int64_t svd = clusters < 8 ? 2 * 12 * vertices * plan.clip_length : 0;
     // Triangles, and what coding them keeps of each (measured: 236 bytes); of a vertex sums of the error
     // meter, labels, and what all clips derive from the triangles.
     const std::int64_t job = 256 * plan.header.triangle_count + 320 * vertices + 80 * plan.header.frame_count;
-    return clip + theta + tables + svd + job;
+    return clip + theta + tables + components + svd + job;
 }
 
 int choose_tokens(const std::vector<JobPlan>& plans, std::int64_t memory_bytes, int threads) {

@@ -1,7 +1,7 @@
 """Streams of bits of docs/FORMAT.md; a part of independent_decoder.py."""
 
 from bisect import bisect_left
-from operator import mul
+from operator import add, mul
 
 from independent_streams import need
 
@@ -77,16 +77,21 @@ class MixedBits:
         self.weights = [[16384] * len(counts) + [0] for _ in range(sets)]
 
     def code(self, stream, contexts, number):
-        bits, weights = self.bits, self.weights[number]
-        places = [first + context for first, context in zip(self.first, contexts)]
-        x = [STRETCH[bits.p[i] >> 10] for i in places] + [128]
+        p, n, weights = self.bits.p, self.bits.n, self.weights[number]
+        places = list(map(add, self.first, contexts))
+        x = [STRETCH[p[i] >> 10] for i in places]
+        x.append(128)
         m = sum(map(mul, weights, x)) >> 16
         probability = SQUASH[min(max(m, -LIMIT), LIMIT) + LIMIT]
         bit = stream.bit(probability)
-        error = 65536 * bit - probability
-        self.weights[number] = [min(max(w + (value * error >> 14), -2**20), 2**20) for w, value in zip(weights, x)]
-        for i in places:
-            bits.learn(i, bit)
+        target, error = (4194303, 65536 - probability) if bit else (0, -probability)
+        for i, value in enumerate(x):
+            w = weights[i] + (value * error >> 14)
+            weights[i] = w if -2**20 <= w <= 2**20 else 2**20 if w > 0 else -2**20
+        for i in places:  # as AdaptiveBits.learn, without calls
+            p[i] += (target - p[i]) * RATE[n[i]] >> 16
+            if n[i] < 1000:
+                n[i] += 1
         return bit
 
 

@@ -1,4 +1,4 @@
-"""What RLPCA and PDCT of docs/FORMAT.md share: a clip's sections, segmentation, streams, series and LCFs; a part of
+"""What RLPCA, PDCT and RTPCA of docs/FORMAT.md share: a clip's sections, segmentation, streams, series and LCFs; a part of
 independent_decoder.py."""
 
 import numpy as np
@@ -10,7 +10,7 @@ def parse_clip(data):
     reader = Reader(data)
     need(reader.take(4) == b"BENC" and reader.get("B") == 1, "no clip of version 1")
     method = reader.get("B")
-    need(method in (1, 2, 3, 5), "no known method")
+    need(1 <= method <= 6, "no known method")
     vertex_count, frame_count = reader.varint(2**31 - 1), reader.varint(2**31 - 1)
     table = [(reader.get("B"), reader.varint(len(data))) for _ in range(reader.varint(6))]
     numbers = [number for number, _ in table]

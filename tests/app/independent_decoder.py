@@ -3,8 +3,9 @@ proof that the document says enough. Slow; every step stands as plainly as it ca
 independent_streams.py, triangles in independent_connectivity.py (independent_bits.py, independent_surface.py and
 independent_order.py are its coder 2), the static coder in independent_static.py (independent_bending.py,
 independent_surface_gluing.py and independent_vectors.py are parts of it), SplitCoder in
-independent_split.py, PDCT in independent_pdct.py (independent_transform.py is its transform), RLPCA here;
-independent_clusters.py has what these two share.
+independent_split.py, PDCT in independent_pdct.py (independent_transform.py is its transform), RTPCA in
+independent_rtpca.py (independent_mixed.py, independent_tracks.py and independent_fields.py are parts of it;
+test_rtpca_decoder.py compares it with the program), RLPCA here; independent_clusters.py has what these three share.
 
 Usage: independent_decoder.py BATCHENC         encodes small clips with the program and compares both decoders
        independent_decoder.py RESULT.h5 CLIP.h5    decodes a result
@@ -28,6 +29,7 @@ from independent_clusters import (Contexts, decode_paths, decode_segmentation, d
                                   neighbour_lists, open_streams, parse_clip, place_seeds, split_members)
 from independent_connectivity import decode_connectivity
 from independent_pdct import decode_pdct
+from independent_rtpca import decode_rtpca
 from independent_split import decode_split
 from independent_static import decode_static
 from independent_streams import Corrupt, Reader, int32, need
@@ -96,6 +98,8 @@ def decode_clip(data, triangles, components=None):
         return decode_split(sections, triangles, vertex_count, frame_count)
     if method == 5:
         return decode_pdct(sections, triangles, vertex_count, frame_count)
+    if method == 6:
+        return decode_rtpca(sections, triangles, vertex_count, frame_count, components)
     reader = Reader(sections[1])
     space, basis_bits, coefficient_bits, frame_bits = (reader.get("B") for _ in range(4))
     asked, cluster_count = reader.varint(4096), reader.varint(min(65535, vertex_count))
@@ -182,6 +186,11 @@ CASES = [
     ("progressive", "jelly", 300, 20, "segmentation: {clusters: 6}\ncodec: {components: 8}\n", 3),
     ("walker", "walker", 600, 60, "segmentation: {clusters: 20}\ncodec: {components: 10}\n", None),
     ("clips", "flag", 400, 30, "clips: {length: 13}\nsegmentation: {clusters: 5}\ncodec: {basis_bits: 20}\n", None),
+    ("orlpca", "walker", 600, 30, "segmentation: {clusters: 12}\ncodec: {method: orlpca, target: {da: 0.5}}\n", None),
+    ("orlpca-progressive", "jelly", 300, 20,
+     "clips: {length: 12}\nsegmentation: {clusters: 6}\ncodec: {method: orlpca, target: {bpvf: 12}}\n", 4),
+    ("orlpca-world", "flag", 300, 20,
+     "segmentation: {clusters: 3}\ncodec: {method: orlpca, space: world, rate: vectors, target: {components: 9}}\n", None),
     ("world", "walker", 300, 25, "segmentation: {clusters: 1}\ncodec: {space: world, components: 20}\n", None),
     ("sparse", "flag", 500, 12, "segmentation: {clusters: 4}\ncodec: {components: 5}\n", None),
     ("points", "jelly", 200, 15, "segmentation: {clusters: 4}\ncodec: {components: 5}\n", None),

@@ -8,7 +8,7 @@ from independent_clusters import (decode_paths, decode_segmentation, local_frame
                                   open_streams, parse_clip, place_seeds, split_members)
 from independent_static import decode_static
 from independent_streams import Model, Reader, int32, need
-from independent_transform import inverse_cosine_transform
+from independent_transform import inverse_cosine_transforms
 
 
 # Levels
@@ -219,7 +219,7 @@ def decode_pdct(sections, triangles, vertex_count, frame_count):
         if points:
             step = np.float32(e_max / 2**intra_bits)
             values = np.array(opening[i], np.int64).astype(np.float32).reshape(n, 3) * step
-            first = np.stack([inverse_cosine_transform(column) for column in values.T], 1)
+            first = inverse_cosine_transforms(values)
             places = order_points(first)
             order, first = [members[i][k] for k in places], first[places].astype(np.float64)
             predecessors = [list(range(max(k - 2, 0), k)) for k in range(n)]

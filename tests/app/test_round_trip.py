@@ -126,6 +126,39 @@ class RoundTrip(ProgramTest):
         with h5py.File(self.folder / "out/plain.h5", "r") as file:
             self.assertNotIn("analysis", file)
 
+    def test_targets_of_rtpca(self):
+        self.run_program("synth", "walker", "-o", "clip.h5", "--vertices", 600, "--frames", 40)
+        positions, triangles = self.read_clip("clip.h5")
+        for number, (target, wanted, clips) in enumerate((("kg", 0.2, 0), ("da", 0.2, 15), ("bpvf", 4, 0), ("bpvf", 9, 15),
+                                                          ("max_error_relative", 1e-3, 15))):
+            with self.subTest(target, clips=clips):
+                (self.folder / "t.yaml").write_text(
+                    f"batchenc: 1\ninput: {{file: clip.h5}}\noutput: out/t{number}.h5\nclips: {{length: {clips}}}\n"
+                    f"codec: {{method: rtpca, target: {{{target}: {wanted}}}}}\n")
+                self.run_program("t.yaml")
+                self.check_result(f"out/t{number}.h5", positions, triangles)
+                reached = self.info(f"out/t{number}.h5")["metrics"][target]
+                self.assertLessEqual(reached, wanted)
+                self.assertGreaterEqual(reached, 0.9 * wanted if clips == 0 else 0.6 * wanted)
+
+    def test_auto_takes_the_smaller_stream(self):
+        self.run_program("synth", "jelly", "-o", "clip.h5", "--vertices", 400, "--frames", 24)
+        taken = set()
+        for bound in (1e-2, 1e-4):
+            bits = {}
+            for method in ("rtpca", "splitcoder", "auto"):
+                (self.folder / "a.yaml").write_text(
+                    f"batchenc: 1\ninput: {{file: clip.h5}}\noutput: out/a.h5\nsegmentation: {{clusters: 4}}\n"
+                    f"codec: {{method: {method}, target: {{max_error_relative: {bound}}}}}\n")
+                self.run_program("a.yaml", "--overwrite")
+                result = self.info("out/a.h5")
+                bits[method] = result["metrics"]["bits_total"]
+                self.assertLessEqual(result["metrics"]["max_error_relative"], bound)
+            self.run_program("verify", "out/a.h5", "--source", "clip.h5")
+            self.assertEqual(bits["auto"], min(bits.values()), bits)
+            taken.add(result["clips"][0]["parameters"]["method"])
+        self.assertEqual(taken, {"rtpca", "splitcoder"})
+
     def test_real_clips(self):
         if not DATA.is_dir():
             self.skipTest(f"no clips in {DATA}")

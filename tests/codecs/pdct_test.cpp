@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
-#include "codecs/clip_bitstream.h"
 #include "codecs/clip_codec.h"
 #include "kernels/bounding_box.h"
 #include "tests/codecs/codec_support.h"
@@ -13,7 +11,7 @@
 namespace batchenc {
 namespace {
 
-using test::decode, test::kLimit, test::sections_of;
+using test::decode, test::golden_clip, test::kLimit, test::rmse;
 const SerialExecutor kSerial;
 
 struct Setting {
@@ -50,16 +48,6 @@ EncodedClip encode(const MeshSequence& clip, const Setting& setting, const Execu
     auto encoded = encode_clip(clip.view(), clip.triangles, *segmentation, parameters, executor);
     EXPECT_TRUE(encoded) << encoded.error().to_string();
     return encoded ? *encoded : EncodedClip{};
-}
-
-/// Root of the mean squared distance of the vertices.
-double rmse(PositionsView a, PositionsView b) {
-    double sum = 0.0;
-    for (std::int64_t k = 0; k < a.value_count(); ++k) {
-        const double d = static_cast<double>(a.data()[k]) - static_cast<double>(b.data()[k]);
-        sum += d * d;
-    }
-    return std::sqrt(sum / static_cast<double>(a.frame_count() * a.vertex_count()));
 }
 
 TEST(Pdct, RoundTripsEveryKindOfClip) {
@@ -229,94 +217,29 @@ TEST(Pdct, RejectsParametersOutsideTheirRange) {
 
 // ---- hostile bytes ----
 
-bool decodes(std::span<const std::uint8_t> bytes, const MeshSequence& like) {
-    return decode_clip(bytes, like.triangles, -1, kLimit, kSerial).has_value();
-}
-
 TEST(Pdct, RejectsEveryTruncationAndFlippedBitAndExtraByte) {
     const MeshSequence clip = test::sheet(5, 4, 6);
-    auto bytes = encode(clip, {3, 8, kTemporal, 3, kRd, 1.0}).bitstream;
-    ASSERT_TRUE(decodes(bytes, clip));
-    for (std::size_t size = 0; size < bytes.size(); ++size) {
-        const std::vector<std::uint8_t> shorter(bytes.begin(),
-                                                bytes.begin() + static_cast<std::ptrdiff_t>(size));
-        EXPECT_FALSE(decodes(shorter, clip)) << size;
-    }
-    for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
-        bytes[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
-        EXPECT_FALSE(decodes(bytes, clip)) << "bit " << bit;
-        bytes[bit / 8] ^= static_cast<std::uint8_t>(1u << (bit % 8));
-    }
-    bytes.push_back(0);
-    EXPECT_FALSE(decodes(bytes, clip));
+    test::expect_damage_is_refused(encode(clip, {3, 8, kTemporal, 3, kRd, 1.0}).bitstream, clip);
 }
 
-// Behind valid checksums every byte is still hostile: nothing may be read or written outside.
 TEST(Pdct, SurvivesChangesBehindValidChecksums) {
     MeshSequence clip = test::sheet(6, 5, 9);
     for (const bool points : {false, true}) {
         if (points) clip.triangles.clear();
-        const auto bytes = encode(clip, {3, 10, kTemporal, 4, kRd, 1.0}).bitstream;
-        const auto sections = sections_of(bytes);
-        int refused = 0;
-        for (std::size_t s = 0; s < sections.size(); ++s) {
-            for (std::size_t at = 0; at < sections[s].second.size(); ++at) {
-                for (const std::uint8_t change :
-                     {std::uint8_t{0x01}, std::uint8_t{0x80}, std::uint8_t{0xff}}) {
-                    auto changed = sections;
-                    changed[s].second[at] ^= change;
-                    const auto whole = write_clip_bitstream(CodecMethod::kPdct, clip.vertex_count,
-                                                            clip.frame_count, changed);
-                    const auto decoded = decode_clip(whole, clip.triangles, -1, kLimit, kSerial);
-                    if (!decoded) {
-                        ++refused;
-                        continue;
-                    }
-                    std::vector<float> out(clip.positions.size());
-                    EXPECT_TRUE((*decoded)->reconstruct(0, {out.data(), clip.frame_count, clip.vertex_count},
-                                                        kSerial));
-                }
-            }
-        }
-        EXPECT_GT(refused, 0);
+        test::expect_changes_are_survived(encode(clip, {3, 10, kTemporal, 4, kRd, 1.0}).bitstream, clip);
     }
 }
 
 TEST(Pdct, RefusesCountsAndMemoryBeforeAllocating) {
     const MeshSequence clip = test::sheet(6, 5, 9);
-    const auto bytes = encode(clip, {3, 8, kSpatial, 16, kFixed, 1.0}).bitstream;
-    const auto sections = sections_of(bytes);
-    for (const auto& [vertices, frames] :
-         {std::pair<std::int64_t, std::int64_t>{2000000000, 9}, {30, 2000000000}, {20000000, 9}}) {
-        const auto huge = write_clip_bitstream(CodecMethod::kPdct, vertices, frames, sections);
-        EXPECT_FALSE(decode_clip(huge, clip.triangles, -1, kLimit, kSerial)) << vertices << " x " << frames;
-    }
-    for (const std::int64_t limit : {0, 1000, 10000}) {
-        const auto refused = decode_clip(bytes, clip.triangles, -1, limit, kSerial);
-        ASSERT_FALSE(refused) << limit;
-        EXPECT_EQ(refused.error().code, ErrorCode::kLimit) << limit;
-    }
-    EXPECT_FALSE(decode_clip(bytes, std::vector<Triangle>{{0, 1, 500}}, -1, kLimit, kSerial));
+    test::expect_counts_and_memory_are_refused(encode(clip, {3, 8, kSpatial, 16, kFixed, 1.0}).bitstream,
+                                               clip);
 }
 
 // ---- what earlier versions wrote ----
 
 // Streams of version 1 as they were first written must decode for ever; a change of format adds a file beside
 // them.
-MeshSequence golden_clip(std::int32_t nx, std::int32_t ny, std::int32_t frames) {
-    MeshSequence clip = test::sheet(nx, ny, frames);
-    for (std::int32_t f = 0; f < frames; ++f) {
-        for (std::int32_t v = 0; v < nx * ny; ++v) {
-            const std::int32_t x = v % nx, y = v / nx;
-            float* p = clip.view().at(f, v);
-            p[0] = static_cast<float>(16 * x + (x * y + 3 * f) % 5 + f * y) / 16.0f;
-            p[1] = static_cast<float>(16 * y - f * f * x / 4) / 16.0f;
-            p[2] = static_cast<float>(f * x * y / 2 + (x * x + y * f) % 7) / 16.0f;
-        }
-    }
-    return clip;
-}
-
 #include "golden_pdct_v1.inc"
 
 // What a second decoder found (tests/app/independent_decoder.py): one level that is off by one step changes

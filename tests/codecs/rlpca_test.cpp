@@ -6,6 +6,7 @@
 #include "codecs/clip_codec.h"
 #include "kernels/bounding_box.h"
 #include "kernels/crc32c.h"
+#include "tests/codecs/codec_support.h"
 #include "tests/support/sample_clips.h"
 #include "tests/support/thread_executor.h"
 
@@ -361,17 +362,10 @@ TEST(Rlpca, RefusesConnectivityOfAnotherMesh) {
 
 // The stream of version 1 as it was first written must decode for ever; a change of format adds a file beside
 // it.
-MeshSequence golden_clip() {
-    MeshSequence clip = test::sheet(4, 3, 5, [](const std::array<double, 3>& p, double time) {
-        return std::array<double, 3>{p[0] + time * p[1], p[1] - 0.25 * time * time, 0.5 * p[0] * p[1] * time};
-    });
-    return clip;
-}
-
 #include "golden_rlpca_v1.inc"
 
 TEST(Rlpca, DecodesTheGoldenStreamOfVersion1) {
-    const MeshSequence clip = golden_clip();
+    const MeshSequence clip = test::golden_sheet();
     ASSERT_GT(kGoldenRlpcaV1.size(), 0u);
     EXPECT_LT(test::largest_distance(clip.view(), decode(clip, kGoldenRlpcaV1).view()), 1e-3);
 }

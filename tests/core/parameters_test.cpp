@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
-
 #include <string>
+#include <vector>
 
 namespace batchenc {
 namespace {
@@ -16,7 +17,7 @@ TEST(Parameters, DefaultsAreAccepted) {
 
 TEST(Parameters, NumbersAndNamesArePinned) {
     // The numbers stand in bitstreams, the names in job files.
-    const std::pair<int, const char*> codecs[] = {{1, "static"}, {2, "splitcoder"}, {3, "rlpca"},
+    const std::pair<int, const char*> codecs[] = {{1, "static"}, {2, "splitcoder"}, {3, "rlpca"}, {0, "auto"},
                                                   {4, "orlpca"}, {5, "pdct"},       {6, "rtpca"}};
     for (const auto& [number, name] : codecs) EXPECT_EQ(to_name(static_cast<CodecMethod>(number)), name);
     const std::pair<int, const char*> segmentations[] = {
@@ -26,7 +27,7 @@ TEST(Parameters, NumbersAndNamesArePinned) {
     }
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(0)), "local");
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(1)), "world");
-    EXPECT_EQ(to_name(static_cast<CodecMethod>(0)), "unknown");
+    EXPECT_EQ(to_name(static_cast<CodecMethod>(7)), "unknown");
     EXPECT_EQ(to_name(static_cast<SegmentationMethod>(0)), "unknown");
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(2)), "unknown");
 }
@@ -81,7 +82,7 @@ TEST(Parameters, ThresholdIsAPart) {
 }
 
 TEST(Parameters, MethodsOfLaterVersionsAreUnsupported) {
-    for (const int number : {0, 4, 6, 7, 255}) {
+    for (const int number : {7, 255}) {
         const auto checked = check_parameters(CodecParameters{.method = static_cast<CodecMethod>(number)});
         ASSERT_FALSE(checked.has_value()) << number;
         EXPECT_EQ(checked.error().code, ErrorCode::kUnsupported);
@@ -92,6 +93,87 @@ TEST(Parameters, MethodsOfLaterVersionsAreUnsupported) {
         ASSERT_FALSE(checked.has_value()) << number;
         EXPECT_EQ(checked.error().code, ErrorCode::kUnsupported);
     }
+}
+
+/// `parameters` with a target, and the method.
+CodecParameters with(CodecMethod method, CodecTarget target, double value, CodecParameters parameters = {}) {
+    parameters.method = method;
+    switch (target) {
+        case CodecTarget::kMaxError:
+            parameters.max_error = value;
+            break;
+        case CodecTarget::kMaxErrorRelative:
+            parameters.max_error_relative = value;
+            break;
+        case CodecTarget::kKg:
+            parameters.target_kg = value;
+            break;
+        case CodecTarget::kDa:
+            parameters.target_da = value;
+            break;
+        case CodecTarget::kBpvf:
+            parameters.target_bpvf = value;
+            break;
+        case CodecTarget::kComponents:
+            parameters.target_components = static_cast<std::int32_t>(value);
+            break;
+    }
+    return parameters;
+}
+
+TEST(Parameters, TargetsBelongToMethods) {
+    using enum CodecTarget;
+    const std::pair<CodecMethod, std::vector<CodecTarget>> takers[] = {
+        {CodecMethod::kStatic, {kMaxError, kMaxErrorRelative}},
+        {CodecMethod::kSplitcoder, {kMaxError, kMaxErrorRelative}},
+        {CodecMethod::kRlpca, {}},
+        {CodecMethod::kOrlpca, {kKg, kDa, kBpvf, kComponents}},
+        {CodecMethod::kPdct, {}},
+        {CodecMethod::kRtpca, {kMaxError, kMaxErrorRelative, kKg, kDa, kBpvf}}};
+    for (const auto& [method, targets] : takers) {
+        for (const CodecTarget target : kCodecTargets) {
+            const bool takes = std::find(targets.begin(), targets.end(), target) != targets.end();
+            EXPECT_EQ(takes_target(method, target), takes) << to_name(method) << " " << to_name(target);
+            const CodecParameters parameters = with(method, target, 2.0);
+            EXPECT_EQ(value_of(parameters, target), 2.0);
+            if (!is_available(method)) continue;
+            EXPECT_EQ(check_parameters(parameters).has_value(), takes)
+                << to_name(method) << " " << to_name(target);
+        }
+    }
+}
+
+TEST(Parameters, TargetsAreCountedAndPositive) {
+    const auto code_of = [](const CodecParameters& parameters) {
+        const auto checked = check_parameters(parameters);
+        return checked ? ErrorCode{} : checked.error().code;
+    };
+    const CodecMethod method = CodecMethod::kOrlpca;
+    EXPECT_EQ(code_of(CodecParameters{.method = method}), ErrorCode::kInvalidArgument) << "none at all";
+    for (const CodecTarget target : {CodecTarget::kDa, CodecTarget::kBpvf, CodecTarget::kComponents}) {
+        const CodecParameters kg = with(method, CodecTarget::kKg, 0.5);
+        EXPECT_EQ(code_of(with(method, target, 1.0, kg)), ErrorCode::kInvalidArgument) << to_name(target);
+        EXPECT_EQ(code_of(with(method, target, -1.0)), ErrorCode::kInvalidArgument) << to_name(target);
+    }
+    for (const double wrong :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e-300})
+        EXPECT_EQ(code_of(with(method, CodecTarget::kKg, wrong)), ErrorCode::kInvalidArgument) << wrong;
+}
+
+TEST(Parameters, StepAndRateHaveRanges) {
+    for (const double good : {1e-7, 2e-4, 1.0})
+        EXPECT_TRUE(check_parameters(CodecParameters{.step = good}).has_value()) << good;
+    for (const double bad : {0.0, 9e-8, 1.01, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+        const auto checked = check_parameters(CodecParameters{.step = bad});
+        ASSERT_FALSE(checked.has_value()) << bad;
+        EXPECT_EQ(checked.error().code, ErrorCode::kInvalidArgument);
+        EXPECT_NE(checked.error().message.find("codec.step"), std::string::npos);
+    }
+    EXPECT_EQ(to_name(RateMeasure::kVectors), "vectors");
+    EXPECT_EQ(to_name(RateMeasure::kBits), "bits");
+    const auto checked = check_parameters(CodecParameters{.rate = static_cast<RateMeasure>(2)});
+    ASSERT_FALSE(checked.has_value());
+    EXPECT_EQ(checked.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(Parameters, UnknownSpaceIsRefused) {

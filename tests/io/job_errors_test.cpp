@@ -119,8 +119,15 @@ INSTANTIATE_TEST_SUITE_P(
         WrongJob{"MergeKey", with("<<: {name: a}"), kArgument, "4:1", "unknown key '<<'"},
         WrongJob{"LongKey", with("'" + std::string(900, 'k') + "': 1"), kArgument, "4:1", "kkk...'"},
         WrongJob{"KeyWithLineBreak", with("\"a\\nb\": 1"), kArgument, "4:1", "'a?b'"},
-        WrongJob{"Target", with("codec: {target: {kg: 0.1}}"), kUnsupported, "4:18",
-                 "arrives in a later version"}),
+        WrongJob{"TargetOfAnotherCoder", with("codec: {target: {kg: 0.1}}"), kUnsupported, "4:8",
+                 "codec.target.kg: codec.method 'rlpca' takes no targets"},
+        WrongJob{"TargetOfOtherCoders", with("codec: {method: static, target: {da: 0.1}}"), kUnsupported,
+                 "4:8", "takes other targets: max_error or max_error_relative"},
+        WrongJob{"TwoTargets", with("codec: {method: orlpca, target: {da: 0.1, bpvf: 2}}"), kArgument, "4:8",
+                 "da and bpvf exclude each other"},
+        WrongJob{"NoTarget", with("codec: {method: orlpca}"), kArgument, "4:8",
+                 "needs a codec.target: kg, da, bpvf or components"},
+        WrongJob{"NearTarget", with("codec: {target: {bpv: 2}}"), kArgument, "4:18", "did you mean 'bpvf'?"}),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(
@@ -156,7 +163,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongJob{"NoMethod", with("codec: {method: mp3}"), kArgument, "4:17", "accepted: rlpca"},
         WrongJob{"NoSpace", with("codec: {space: outer}"), kArgument, "4:16", "accepted: local, world"},
         WrongJob{"MethodIsList", with("codec: {method: [rlpca]}"), kArgument, "4:17", "accepted: rlpca"},
-        WrongJob{"LaterMethod", with("codec: {method: orlpca}"), kUnsupported, "4:17", "later version"},
         WrongJob{"SegmentationUnknown", with("segmentation: {method: growing}"), kArgument, "4:24",
                  "accepted: region-growing, clustering, adaptive, rigid"},
         WrongJob{"ThresholdTooLarge", with("segmentation: {threshold: 1.5}"), kArgument, "4:27", "0 to 1"},

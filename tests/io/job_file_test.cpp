@@ -44,6 +44,10 @@ void expect_same(const Job& a, const Job& b) {
     EXPECT_EQ(a.codec.basis_bits, b.codec.basis_bits);
     EXPECT_EQ(a.codec.coefficient_bits, b.codec.coefficient_bits);
     EXPECT_EQ(a.codec.frame_bits, b.codec.frame_bits);
+    EXPECT_EQ(a.codec.rate, b.codec.rate);
+    EXPECT_EQ(a.codec.step, b.codec.step);
+    for (const CodecTarget target : kCodecTargets)
+        EXPECT_EQ(value_of(a.codec, target), value_of(b.codec, target)) << to_name(target);
     EXPECT_EQ(a.order, b.order);
     EXPECT_EQ(a.analysis, b.analysis);
     EXPECT_EQ(a.yaml, b.yaml);
@@ -142,6 +146,8 @@ TEST(JobFile, SpelledOutJobGivesTheSameJobAgain) {
         "segmentation: {method: rigid, clusters: 0, threshold: 0.1}\n"
         "codec: {space: world, components: 4096, basis_bits: 2, coefficient_bits: 20, frame_bits: 22}\n",
         kShortest + "name: 'x{components}'\nsweep: {codec.components: [3, 4]}\n",
+        kShortest + "codec: {method: orlpca, rate: vectors, step: 1e-5, target: {bpvf: 2.25}}\n",
+        kShortest + "codec: {method: orlpca, target: {components: 300}}\n",
     };
     for (std::string text : sources) {
         const bool sweep = text.find("sweep") != std::string::npos;
@@ -157,11 +163,24 @@ TEST(JobFile, SpelledOutJobGivesTheSameJobAgain) {
     }
 }
 
+TEST(JobFile, OrlpcaMayHaveMoreComponentsWhereTheFileDoesNotSay) {
+    const std::string orlpca = "codec: {method: orlpca, target: {da: 0.1}";
+    const Job job = parse_well(kShortest + orlpca + "}\n")[0];
+    EXPECT_EQ(job.codec.components, kDefaultMostComponents);
+    EXPECT_EQ(parse_well(job.yaml)[0].codec.components, kDefaultMostComponents);
+    EXPECT_EQ(parse_well(kShortest + orlpca + ", components: 20}\n")[0].codec.components, 20);
+    EXPECT_EQ(parse_well("batchenc: 1\ninput: {file: a.h5}\noutput: b{components}.h5\n" + orlpca +
+                         "}\nsweep: {codec.components: [20, 30]}\n")[1]
+                  .codec.components,
+              30);
+    EXPECT_EQ(parse_well(kShortest)[0].codec.components, 20);
+}
+
 TEST(JobFile, SpelledOutJobHasEveryKey) {
     const std::string yaml = parse_well(kShortest)[0].yaml;
     for (const JobKey& key : job_keys()) {
         const std::string word(key.path.substr(key.path.rfind('.') + 1));
-        const bool expected = key.type != JobKeyType::kSweep && key.type != JobKeyType::kLater;
+        const bool expected = key.type != JobKeyType::kSweep;
         EXPECT_EQ(yaml.find(word + ":") != std::string::npos, expected) << key.path;
     }
 }
@@ -175,6 +194,10 @@ TEST(JobFile, AcceptsLineEndsOfWindowsAndByteOrderMark) {
 TEST(JobSchema, RangesAgreeWithCheckParameters) {
     const auto accepted = [](const JobKey& key, std::int64_t value) {
         JobDraft draft;
+        if (key.path.starts_with("codec.target.")) {
+            draft.job.codec.method = CodecMethod::kOrlpca;
+            draft.job.codec.target_kg = value > 0 ? 0.0 : 1.0;
+        }
         key.assign(draft, JobValue{.integer = value, .number = 0.0, .end = {}, .text = {}});
         return check_parameters(draft.job.segmentation).has_value() &&
                check_parameters(draft.job.codec).has_value();
@@ -188,7 +211,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
         EXPECT_FALSE(accepted(key, key.high + 1)) << key.path;
         ++tested;
     }
-    EXPECT_EQ(tested, 9);
+    EXPECT_EQ(tested, 10);
 }
 
 TEST(JobSchema, WordsAgreeWithCheckParameters) {
@@ -200,20 +223,16 @@ TEST(JobSchema, WordsAgreeWithCheckParameters) {
             return check_values(draft.job.codec);
         });
     };
-    for (const char* path : {"segmentation.method", "codec.method", "codec.space", "codec.predictor",
-                             "codec.tangential", "codec.normal", "codec.transform", "codec.allocation"}) {
+    for (const char* path :
+         {"segmentation.method", "codec.method", "codec.space", "codec.predictor", "codec.tangential",
+          "codec.normal", "codec.transform", "codec.allocation", "codec.rate"}) {
         const JobKey& key = *find_job_key(path);
         for (const auto word : key.words) EXPECT_TRUE(check(key, word).has_value()) << path << " " << word;
-        for (const auto word : key.later) {
-            const auto checked = check(key, word);
-            ASSERT_FALSE(checked.has_value()) << path << " " << word << " is there: move it to the words";
-            EXPECT_EQ(checked.error().code, ErrorCode::kUnsupported);
-        }
     }
     std::set<std::string_view> methods;
     for (int i = 0; i < 256; ++i) methods.insert(to_name(static_cast<CodecMethod>(i)));
     const JobKey& method = *find_job_key("codec.method");
-    EXPECT_EQ(methods.size(), method.words.size() + method.later.size() + 1) << "+ 1 is unknown";
+    EXPECT_EQ(methods.size(), method.words.size() + 1) << "+ 1 is unknown";
 }
 
 TEST(JobSchema, HelpNamesEveryKeyRangeAndDefault) {

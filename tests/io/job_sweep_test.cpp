@@ -69,6 +69,27 @@ TEST(Sweep, TakesBothOrders) {
     EXPECT_TRUE((*jobs)[1].output.string().ends_with("o_free.h5")) << (*jobs)[1].output;
 }
 
+TEST(Sweep, TakesTargets) {
+    const auto jobs = parse_job(
+        "batchenc: 1\ninput: {file: a.h5}\noutput: 'o_{rate}_{da}.h5'\ncodec: {method: orlpca}\n"
+        "sweep: {codec.target.da: [0.05, 1e-3], codec.rate: [bits, vectors]}\n",
+        "j.yaml");
+    ASSERT_TRUE(jobs.has_value()) << jobs.error().to_string();
+    ASSERT_EQ(jobs->size(), 4u);
+    EXPECT_EQ((*jobs)[1].output, "o_vectors_0.05.h5");
+    EXPECT_EQ((*jobs)[1].codec.rate, RateMeasure::kVectors);
+    EXPECT_EQ((*jobs)[2].codec.target_da, 1e-3);
+    EXPECT_EQ((*jobs)[2].output, "o_bits_0.001.h5");
+}
+
+TEST(Sweep, ShortNameMeansTheKeyOfFewestLevels) {
+    JobDraft draft;
+    draft.job.codec.components = 7;
+    draft.job.codec.target_components = 90;
+    EXPECT_EQ(fill_placeholders("{components} {target.components} {codec.target.components}", draft),
+              "7 90 90");
+}
+
 TEST(Sweep, RefusesMembersWithOneOutput) {
     expect_error(parse("x/../o.h5", "{codec.components: [5, 10]}"), ErrorCode::kInvalidArgument, "4:9",
                  "jobs 1 and 2 of the sweep would write the same output; put {codec.components} into it");
@@ -93,8 +114,7 @@ TEST(Sweep, RefusesWrongValuesAtTheirPlace) {
     expect_error(parse("o", "{codec.components: [5, 010]}"), wrong, "5:31", "leading zero");
     expect_error(parse("o", "{codec.components: [5, 6, 5]}"), wrong, "5:34", "twice");
     expect_error(parse("o", "{codec.components: [5, [6]]}"), wrong, "5:31", "holds a list");
-    expect_error(parse("o", "{codec.method: [rlpca, orlpca]}"), ErrorCode::kUnsupported, "5:31",
-                 "later version");
+    expect_error(parse("o", "{codec.method: [rlpca, lpca]}"), wrong, "5:31", "accepted: rlpca");
 }
 
 TEST(Sweep, RefusesWrongPlaceholders) {

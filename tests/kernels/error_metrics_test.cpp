@@ -106,6 +106,8 @@ ErrorMetrics measure(const Clip& clip, const Executor& executor = SerialExecutor
 void expect_near(const ErrorMetrics& measured, const ErrorMetrics& expected, double relative) {
     EXPECT_NEAR(measured.da, expected.da, relative * expected.da);
     EXPECT_NEAR(measured.kg, expected.kg, relative * expected.kg);
+    EXPECT_NEAR(measured.kg * std::sqrt(measured.kg_spread), measured.da * std::sqrt(measured.da_spread),
+                1e-12 * measured.da * std::sqrt(measured.da_spread));
     EXPECT_NEAR(measured.rmse, expected.rmse, relative * expected.rmse);
     EXPECT_NEAR(measured.max_error, expected.max_error, relative * expected.max_error);
     EXPECT_NEAR(measured.max_error_relative, expected.max_error_relative,

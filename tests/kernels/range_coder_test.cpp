@@ -167,6 +167,21 @@ TEST(RangeCoder, AnExpectedMagnitudeSavesLearning) {
     EXPECT_LT(104 * encode_all(values, 160.0).size(), 100 * encode_all(values).size());
 }
 
+TEST(RangeCoder, TellsTheSizeBeforeItIsWritten) {
+    RangeEncoder encoder;
+    IntegerModel model(5.0);
+    EXPECT_EQ(encoder.size_bits(), 0.0);
+    std::uint32_t state = 7;
+    for (int i = 0; i < 20000; ++i) {
+        state = state * 1664525u + 1013904223u;
+        encoder.encode(model, static_cast<std::int32_t>(state >> 20) * (i % 50 == 0 ? 1000 : 1));
+    }
+    const double bits = encoder.size_bits();
+    const auto bytes = encoder.finish();
+    EXPECT_NEAR(bits, 8.0 * static_cast<double>(bytes.size()), 0.002 * bits + 100.0);
+    EXPECT_EQ(encoder.size_bits(), 0.0);
+}
+
 TEST(RangeCoder, RejectsEveryTruncation) {
     std::vector<std::int32_t> values;
     std::mt19937 random(5);

@@ -100,6 +100,57 @@ TEST(TruncatedSvd, GivesTheSameBitsTwice) {
     }
 }
 
+TEST(SvdAbove, GivesTheVectorsAboveAFloor) {
+    for (const auto& [rows, columns] : {std::pair<Eigen::Index, Eigen::Index>{300, 60}, {60, 300}, {3, 1}}) {
+        const ColMajorMatrixXf a = decaying_matrix(rows, columns, 0.8, 2);
+        const auto reference = truncated_svd(a, columns, SvdMethod::kDirect);
+        ASSERT_TRUE(reference);
+        for (const Eigen::Index count : {Eigen::Index{0}, Eigen::Index{1}, Eigen::Index{9}}) {
+            if (count > reference->singular_values.size()) continue;
+            // Between two values, which are a fifth apart.
+            const double floor = count == 0 ? 110.0 : 0.9 * reference->singular_values[count - 1];
+            const auto svd = svd_above(a, floor);
+            ASSERT_TRUE(svd) << svd.error().to_string();
+            ASSERT_EQ(svd->singular_values.size(), count) << rows << " x " << columns;
+            const Eigen::MatrixXf ours = svd->basis, theirs = reference->basis.leftCols(count);
+            // The same span, and the same values.
+            EXPECT_LT((ours - theirs * (theirs.transpose() * ours)).norm(), 1e-3);
+            EXPECT_LT((svd->singular_values - reference->singular_values.head(count)).norm(), 0.01);
+        }
+    }
+    const auto zero = svd_above(ColMajorMatrixXf::Zero(6, 4), 0.0);
+    ASSERT_TRUE(zero);
+    EXPECT_EQ(zero->basis.cols(), 0);
+    ColMajorMatrixXf bad = ColMajorMatrixXf::Ones(4, 4);
+    bad(1, 1) = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(svd_above(bad, 1.0).error().code, ErrorCode::kNotFinite);
+}
+
+// Both sides are long, so that it is found by iteration, first too few of them and then enough.
+TEST(SvdAbove, DoublesItsGuessOfTheRank) {
+    constexpr Eigen::Index kRows = 1060, kColumns = 1040, kRank = 90;
+    std::mt19937 random(4);
+    std::normal_distribution<float> normal;
+    const auto orthonormal = [&](Eigen::Index n) {
+        const Eigen::MatrixXf m = Eigen::MatrixXf::NullaryExpr(n, kRank, [&] { return normal(random); });
+        return Eigen::MatrixXf(Eigen::HouseholderQR<Eigen::MatrixXf>(m).householderQ() *
+                               Eigen::MatrixXf::Identity(n, kRank));
+    };
+    Eigen::VectorXf sigma(kRank);
+    for (Eigen::Index i = 0; i < kRank; ++i) sigma[i] = 1000.0f * std::pow(0.95f, static_cast<float>(i));
+    const Eigen::MatrixXf left = orthonormal(kRows);
+    const ColMajorMatrixXf a = left * sigma.asDiagonal() * orthonormal(kColumns).transpose();
+    for (const Eigen::Index count : {Eigen::Index{40}, Eigen::Index{80}}) {
+        const auto svd = svd_above(a, 0.975 * static_cast<double>(sigma[count - 1]));
+        ASSERT_TRUE(svd);
+        ASSERT_EQ(svd->singular_values.size(), count);
+        for (Eigen::Index l = 0; l < count; ++l)
+            EXPECT_NEAR(svd->singular_values[l], sigma[l], 1e-3f * sigma[l]) << l;
+        const Eigen::MatrixXf span = left.leftCols(count);
+        EXPECT_LT((svd->basis - span * (span.transpose() * svd->basis)).norm(), 1e-2);
+    }
+}
+
 TEST(LeastSquares, MinimisesTheResidualOfABentBasis) {
     const ColMajorMatrixXf a = decaying_matrix(80, 30, 0.8, 3);
     ColMajorMatrixXf basis = truncated_svd(a, 6, SvdMethod::kDirect)->basis;

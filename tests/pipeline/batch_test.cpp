@@ -146,7 +146,9 @@ class Seams : public Batch, public testing::WithParamInterface<const char*> {};
 
 TEST_P(Seams, CarryNothingOver) {
     write_clip("acts.h5", changing_sheet(60, 25));
-    const std::string method = std::string("codec: {method: ") + GetParam() + ", components: 4}\n";
+    const std::string coder = GetParam();
+    const std::string method = "codec: {method: " + coder + ", components: 4" +
+                               (coder == "orlpca" ? ", target: {components: 9}" : "") + "}\n";
     const auto job = [&](const std::string& name, const std::string& frames, const std::string& more) {
         const std::string yaml = "batchenc: 1\nname: " + name + "\ninput: {file: acts.h5, frames: " + frames +
                                  "}\noutput: out/" + name + ".h5\nsegmentation: {clusters: 3}\n" + method +
@@ -184,7 +186,60 @@ TEST_P(Seams, CarryNothingOver) {
     EXPECT_DOUBLE_EQ(values.at("inner_jump_mean"), sum / 57.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Coders, Seams, testing::Values("rlpca", "static"));
+INSTANTIATE_TEST_SUITE_P(Coders, Seams, testing::Values("rlpca", "static", "orlpca"));
+
+/// Targets are those of the whole result: of all clips together, connectivity and order counted.
+TEST_F(Batch, KeepsTargetsOverClips) {
+    write_clip("acts.h5", changing_sheet(96, 32));
+    MeshSequence points = changing_sheet(48, 20);
+    points.triangles.clear();
+    write_clip("points.h5", points);
+    struct Case {
+        const char *input, *clips, *target;
+        double value;
+    };
+    int number = 0;
+    for (const Case& c :
+         {Case{"acts.h5", "{length: 0}", "da", 2.0}, Case{"acts.h5", "{length: 30}", "da", 2.0},
+          Case{"acts.h5", "{length: auto}", "da", 1.0}, Case{"acts.h5", "{length: 30}", "kg", 0.4},
+          Case{"acts.h5", "{length: 0}", "bpvf", 6.0}, Case{"acts.h5", "{length: 30}", "bpvf", 9.0},
+          Case{"points.h5", "{length: 20}", "bpvf", 9.0}, Case{"points.h5", "{length: 20}", "da", 2.0}}) {
+        for (const char* order : {"preserve", "free"}) {
+            const std::string name = "t" + std::to_string(number++);
+            const std::string yaml =
+                "batchenc: 1\nname: " + name + "\ninput: {file: " + c.input + "}\noutput: out/" + name +
+                ".h5\nclips: " + c.clips + "\norder: " + order +
+                "\nsegmentation: {clusters: 3}\ncodec: {method: orlpca, basis_bits: 14, target: {" +
+                c.target + ": " + std::to_string(c.value) + "}}\n";
+            const auto jobs = parse_job(yaml, folder_ / (name + ".yaml"));
+            ASSERT_TRUE(jobs) << jobs.error().to_string();
+            EXPECT_EQ(jobs->front().codec.components, kDefaultMostComponents);
+            const BatchReport report = run(*jobs);
+            ASSERT_TRUE(report.all_done()) << report.jobs[0].error->to_string() << "\n" << yaml;
+            const double reached = report.jobs[0].metrics.values.at(c.target);
+            EXPECT_LE(reached, c.value * (1.0 + 1e-9)) << yaml;
+            EXPECT_GE(reached, 0.7 * c.value) << yaml;
+        }
+    }
+}
+
+TEST_F(Batch, FailsWhereATargetIsBeyondReach) {
+    write_clip("sheet.h5", waving_sheet(20));
+    const auto error_of = [&](const std::string& target) {
+        const auto jobs = parse_job(
+            "batchenc: 1\nname: a\ninput: {file: sheet.h5}\noutput: out/a.h5\n"
+            "segmentation: {clusters: 3}\ncodec: {method: orlpca, target: {" +
+                target + "}}\n",
+            folder_ / "a.yaml");
+        const BatchReport report = run(jobs.value());
+        EXPECT_TRUE(report.jobs[0].error);
+        EXPECT_TRUE(written_files().empty());
+        return report.jobs[0].error ? report.jobs[0].error->message : std::string();
+    };
+    EXPECT_NE(error_of("bpvf: 0.001").find("connectivity alone"), std::string::npos);
+    EXPECT_NE(error_of("bpvf: 0.5").find("without any component"), std::string::npos);
+    EXPECT_NE(error_of("da: 1e-9").find("beyond reach"), std::string::npos);
+}
 
 TEST_F(Batch, GoesOnAfterAFailedJob) {
     write_clip("good.h5", waving_sheet(12));

@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
 constexpr Words kLengthWords = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
-constexpr std::array<std::string_view, 4> kCodecMethods = {"rlpca", "pdct", "splitcoder", "static"};
-constexpr std::array<std::string_view, 2> kLaterCodecMethods = {"orlpca", "rtpca"};
+constexpr std::array<std::string_view, 7> kCodecMethods = {"rlpca", "orlpca",     "pdct",  "rtpca",
+                                                           "auto",  "splitcoder", "static"};
 constexpr std::array<std::string_view, 19> kPredictors = {"auto",           "parallelogram",
                                                           "multiway",       "local-parallelogram",
                                                           "local-multiway", "weighted",
@@ -31,6 +31,7 @@ constexpr std::array<std::string_view, 3> kNormals = {"time", "space", "space-ti
 constexpr std::array<std::string_view, 4> kTangentials = {"fitted", "weighted", "multiway", "parallelogram"};
 constexpr std::array<std::string_view, 2> kTransforms = {"spatial", "temporal"};
 constexpr std::array<std::string_view, 2> kAllocations = {"fixed", "rd"};
+constexpr std::array<std::string_view, 2> kRates = {"bits", "vectors"};
 constexpr std::array<std::string_view, 2> kSpaces = {"local", "world"};
 
 /// The value of an enumeration whose name is `name`; the words of a kChoice key are tested to be such names.
@@ -176,7 +177,6 @@ std::vector<JobKey> make_keys() {
                     .type = kChoice,
                     .sentence = "the coder",
                     .words = kCodecMethods,
-                    .later = kLaterCodecMethods,
                     .sweepable = true,
                     .assign = [](JobDraft& d,
                                  const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
@@ -256,8 +256,8 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.space",
          .type = kChoice,
-         .sentence =
-             "rlpca: coordinates in which components are taken: each cluster's own frame, or the world",
+         .sentence = "rlpca, orlpca: coordinates in which components are taken: each cluster's own frame, or "
+                     "the world",
          .words = kSpaces,
          .sweepable = true,
          .assign = [](JobDraft& d,
@@ -266,7 +266,8 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.components",
          .type = kInteger,
-         .sentence = "rlpca: principal components a cluster; fewer where the rank is lower",
+         .sentence = "principal components a cluster; rlpca: fewer where the rank is lower; orlpca: at most, "
+                     "64 where the key is absent",
          .low = 1,
          .high = 4096,
          .sweepable = true,
@@ -275,7 +276,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.basis_bits",
          .type = kInteger,
-         .sentence = "rlpca: bits of a basis value over the range of its matrix",
+         .sentence = "rlpca, orlpca: bits of a basis value over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -284,7 +285,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.coefficient_bits",
          .type = kInteger,
-         .sentence = "rlpca: bits of a coefficient over the range of its matrix",
+         .sentence = "rlpca, orlpca: bits of a coefficient over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -293,12 +294,28 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.frame_bits",
          .type = kInteger,
-         .sentence = "rlpca, pdct: bits of a seed triangle's coordinate over the clip's largest side",
+         .sentence = "rlpca, orlpca, pdct: bits of a seed triangle's coordinate over the clip's largest side",
          .low = 4,
          .high = 22,
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.frame_bits = narrow(v.integer); },
          .show = [](const JobDraft& d) { return std::to_string(d.job.codec.frame_bits); }});
+    keys.push_back(
+        {.path = "codec.rate",
+         .type = kChoice,
+         .sentence = "orlpca: what a component costs: its bits as coded, or its count of numbers",
+         .words = kRates,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.rate = from_name<RateMeasure>(v.text); },
+         .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.rate)); }});
+    keys.push_back({.path = "codec.step",
+                    .type = kNumber,
+                    .sentence = "rtpca: quantisation step of a coefficient over e_max, from 1e-7",
+                    .low = 0,
+                    .high = 1,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.step = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.step); }});
     keys.push_back(
         {.path = "codec.transform",
          .type = kChoice,
@@ -344,11 +361,13 @@ std::vector<JobKey> make_keys() {
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.intra_bits = narrow(v.integer); },
          .show = [](const JobDraft& d) { return std::to_string(d.job.codec.intra_bits); }});
-    keys.push_back(mapping("codec.target", "lets the coder choose its steps for a wanted error"));
+    keys.push_back(mapping("codec.target",
+                           "lets the coder choose its steps for a wanted error or size; one key of these"));
     keys.push_back({.path = "codec.target.max_error",
                     .type = kNumber,
-                    .sentence = "static, splitcoder: largest distance of a vertex from its source, world "
-                                "units, whatever the bits; 0 is no target",
+                    .sentence =
+                        "static, splitcoder, rtpca: largest distance of a vertex from its source, world "
+                        "units, whatever the bits; 0 is no target",
                     .low = 0,
                     .high = 1000000000,
                     .sweepable = true,
@@ -364,9 +383,40 @@ std::vector<JobKey> make_keys() {
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.max_error_relative = v.number; },
          .show = [](const JobDraft& d) { return shown(d.job.codec.max_error_relative); }});
 
-    keys.push_back({.path = "codec.target.kg", .type = kLater, .sentence = "the error of Karni and Gotsman"});
-    keys.push_back({.path = "codec.target.da", .type = kLater, .sentence = "the thesis' error"});
-    keys.push_back({.path = "codec.target.bpvf", .type = kLater, .sentence = "bits a vertex and frame"});
+    keys.push_back({.path = "codec.target.kg",
+                    .type = kNumber,
+                    .sentence = "orlpca, rtpca: largest error of Karni and Gotsman, percent; 0 is no target",
+                    .low = 0,
+                    .high = 1000,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.target_kg = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.target_kg); }});
+    keys.push_back({.path = "codec.target.da",
+                    .type = kNumber,
+                    .sentence = "orlpca, rtpca: largest error of the thesis, percent; 0 is no target",
+                    .low = 0,
+                    .high = 1000,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.target_da = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.target_da); }});
+    keys.push_back({.path = "codec.target.bpvf",
+                    .type = kNumber,
+                    .sentence = "orlpca, rtpca: most bits a vertex and frame, of all that a decoder reads; "
+                                "0 is no target",
+                    .low = 0,
+                    .high = 1000,
+                    .sweepable = true,
+                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.target_bpvf = v.number; },
+                    .show = [](const JobDraft& d) { return shown(d.job.codec.target_bpvf); }});
+    keys.push_back(
+        {.path = "codec.target.components",
+         .type = kInteger,
+         .sentence = "orlpca: most components over all clusters of a clip together; 0 is no target",
+         .low = 0,
+         .high = 65535 * 4096,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.target_components = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.target_components); }});
 
     keys.push_back(
         {.path = "analysis",
@@ -415,25 +465,6 @@ std::string in_lower_case(std::string_view text) {
         if (c == '-') c = '_';  // the commonest slip besides case
     }
     return lower;
-}
-
-std::string joined(std::span<const std::string_view> words) {
-    std::string text;
-    for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
-    return text;
-}
-
-/// Text over several lines of at most 120 characters, each after `indent` blanks but the first.
-std::string wrapped(std::string_view text, std::size_t indent) {
-    constexpr std::size_t kWidth = 120;
-    std::string lines;
-    while (text.size() > kWidth - indent) {
-        const std::size_t blank = text.rfind(' ', kWidth - indent);
-        if (blank == std::string_view::npos) break;
-        lines += std::string(text.substr(0, blank)) + "\n" + std::string(indent, ' ');
-        text.remove_prefix(blank + 1);
-    }
-    return lines + std::string(text);
 }
 
 }  // namespace
@@ -490,68 +521,6 @@ std::string quoted_yaml(std::string_view text) {
         quoted += c;
     }
     return quoted + "\"";
-}
-
-std::string describe_range(const JobKey& key) {
-    std::string text;
-    switch (key.type) {
-        case JobKeyType::kMapping:
-            return "mapping";
-        case JobKeyType::kInteger:
-            text = "integer, " + std::to_string(key.low);
-            if (key.high != key.low) text += " to " + std::to_string(key.high);
-            if (!key.words.empty()) text += ", or " + joined(key.words);
-            break;
-        case JobKeyType::kNumber:
-            text = "number, " + std::to_string(key.low) + " to " + std::to_string(key.high);
-            break;
-        case JobKeyType::kBoolean:
-            return "true or false";
-        case JobKeyType::kText:
-            return "text";
-        case JobKeyType::kPath:
-            return "path, relative to the job file";
-        case JobKeyType::kDataset:
-            return "dataset path, from /";
-        case JobKeyType::kChoice:
-            text = joined(key.words);
-            break;
-        case JobKeyType::kFrames:
-            return "[begin, end]; end may be the word end";
-        case JobKeyType::kSweep:
-            return "mapping of keys to lists";
-        case JobKeyType::kLater:
-            return "in a later version";
-    }
-    if (!key.later.empty()) text += " (later: " + joined(key.later) + ")";
-    return text;
-}
-
-std::string describe_default(const JobKey& key) {
-    if (key.required) return "required";
-    if (!key.show) return {};
-    if (key.path == "name") return "file name";
-    return key.show(JobDraft{});
-}
-
-std::string job_help() {
-    constexpr std::size_t kIndent = 28;
-    std::string help =
-        "Keys of a job file. Paths are relative to the job file; * marks keys that a sweep takes.\n\n";
-    for (const JobKey& key : job_keys()) {
-        std::string line = (key.sweepable ? "* " : "  ") + std::string(key.path);
-        line.resize(std::max<std::size_t>(line.size() + 2, kIndent), ' ');
-        std::string range = describe_range(key);
-        const std::string by_default = describe_default(key);
-        if (by_default == "required") {
-            range += "; required";
-        } else if (!by_default.empty()) {
-            range += "; default " + by_default;
-        }
-        help += line + wrapped(range, kIndent) + "\n" + std::string(kIndent, ' ') +
-                wrapped(key.sentence, kIndent) + "\n";
-    }
-    return help;
 }
 
 }  // namespace batchenc

@@ -29,7 +29,6 @@ enum class JobKeyType {
     kChoice,   ///< one of a few words
     kFrames,   ///< [begin, end], half-open; end may be the word end
     kSweep,    ///< mapping of dotted keys to lists
-    kLater,    ///< known, but of a later version
 };
 
 /// A value after its syntax and range were checked; which fields count depends on the key's type.
@@ -50,10 +49,9 @@ struct JobKey {
     std::int64_t high = 0;      ///< kInteger, kNumber: largest value
     std::span<const std::string_view> words =
         {};  ///< kChoice: accepted words; kInteger: words beside numbers
-    std::span<const std::string_view> later = {};  ///< words that a later version accepts
     bool required = false;
     bool sweepable = false;
-    void (*assign)(JobDraft&, const JobValue&) = nullptr;  ///< nothing for kMapping, kSweep, kLater
+    void (*assign)(JobDraft&, const JobValue&) = nullptr;  ///< nothing for kMapping, kSweep
     std::string (*show)(const JobDraft&) = nullptr;        ///< the value as YAML; same
 };
 
@@ -71,10 +69,10 @@ std::string suggest_key(std::string_view parent, std::string_view key);
 std::string_view nearest_word(std::string_view word, std::span<const std::string_view> words);
 
 /// Checks syntax, type and range of a value for a key that has one.
-/// Errors: kInvalidArgument, kUnsupported (a word of a later version), both with place.
+/// Error: kInvalidArgument with place.
 Expected<JobValue> read_value(const JobKey& key, const YamlNode& node, const std::string& file);
 
-/// Type, range and words of a key for people: "integer, 1 to 4096", "rlpca (later: static, ...)".
+/// Type, range and words of a key for people: "integer, 1 to 4096", "preserve, free".
 std::string describe_range(const JobKey& key);
 
 /// The default as YAML, "required" where there is none.

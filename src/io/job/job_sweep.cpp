@@ -63,6 +63,8 @@ Expected<SweepAxis> read_axis(const YamlEntry& entry, const std::string& file) {
     return axis;
 }
 
+std::ptrdiff_t level_count(const JobKey& key) { return std::count(key.path.begin(), key.path.end(), '.'); }
+
 }  // namespace
 
 Expected<std::vector<SweepAxis>> read_sweep(const YamlNode& node, const std::string& file) {
@@ -112,15 +114,17 @@ Expected<std::string> fill_placeholders(std::string_view pattern, const JobDraft
             return fail(ErrorCode::kInvalidArgument, "a brace without its partner");
         }
         const std::string word(pattern.substr(brace + 1, end - brace - 1));
-        const JobKey* match = nullptr;
+        const JobKey *match = nullptr, *equal = nullptr;  // equal: of as few levels as the match
         for (const JobKey& key : job_keys()) {
             if (!key.sweepable || (key.path != word && !key.path.ends_with("." + word))) continue;
-            if (match) {
-                return fail(ErrorCode::kInvalidArgument,
-                            "{" + word + "} may be {" + std::string(match->path) + "} or {" +
-                                std::string(key.path) + "}; write the one you mean");
-            }
-            match = &key;
+            const auto levels = match ? level_count(key) <=> level_count(*match) : std::strong_ordering::less;
+            if (levels < 0) match = &key;
+            if (levels <= 0) equal = levels == 0 ? &key : nullptr;
+        }
+        if (equal) {
+            return fail(ErrorCode::kInvalidArgument, "{" + word + "} may be {" + std::string(match->path) +
+                                                         "} or {" + std::string(equal->path) +
+                                                         "}; write the one you mean");
         }
         if (!match) {
             return fail(ErrorCode::kInvalidArgument,

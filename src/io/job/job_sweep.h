@@ -29,8 +29,9 @@ std::int64_t sweep_size(const std::vector<SweepAxis>& axes);
 /// Index into each axis' values for combination `number` of sweep_size(); the last axis varies fastest.
 std::vector<std::size_t> sweep_choice(const std::vector<SweepAxis>& axes, std::int64_t number);
 
-/// Replaces {components}, {codec.components} and the like by the draft's values. A short name that two keys
-/// share is refused, as is any other brace. Error: kInvalidArgument without place.
+/// Replaces {components}, {codec.components} and the like by the draft's values. Of keys that share a short
+/// name the one of fewest levels is meant; where that is two the name is refused, as is any other brace.
+/// Error: kInvalidArgument without place.
 Expected<std::string> fill_placeholders(std::string_view pattern, const JobDraft& draft);
 
 }  // namespace batchenc

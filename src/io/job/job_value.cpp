@@ -229,14 +229,6 @@ Expected<JobValue> read_frames(const JobKey& key, const YamlNode& node, const st
 }  // namespace
 
 Expected<JobValue> read_value(const JobKey& key, const YamlNode& node, const std::string& file) {
-    for (const std::string_view word : key.later) {
-        if (node.text != word) continue;
-        return fail(ErrorCode::kUnsupported,
-                    std::string(key.path) + " '" + std::string(word) +
-                        "' arrives in a later version; this one has " +
-                        (key.type == JobKeyType::kChoice ? std::string(key.words.front()) : "numbers"),
-                    place_in(file, node.at));
-    }
     switch (key.type) {
         case JobKeyType::kInteger:
             if (node.kind == YamlNode::Kind::kPlain)
@@ -268,7 +260,6 @@ Expected<JobValue> read_value(const JobKey& key, const YamlNode& node, const std
             return read_frames(key, node, file);
         case JobKeyType::kMapping:
         case JobKeyType::kSweep:
-        case JobKeyType::kLater:
             break;
     }
     return fail(ErrorCode::kInternal, std::string(key.path) + " has no value of its own",
