@@ -44,7 +44,7 @@ CODERS = {
     "pdct": [each("codec.transform", "temporal"), each("codec.allocation", "rd"), each("segmentation.method", "rigid"),
              each("segmentation.clusters", 5, 10, 20, 40), PDCT_BITS],
     "orlpca": [each("segmentation.method", "rigid"), each("segmentation.clusters", 5, 10, 40),
-               each("codec.target.components", 20, 60, 160, 480), RLPCA_BITS],
+               each("codec.target.components", 20, 60, 160, 480, 1280), RLPCA_BITS],
     "rtpca": [each("segmentation.method", "rigid"), each("segmentation.clusters", 6, 12, 24),
               each("codec.step", 2e-5, 4.7e-5, 1.1e-4, 2.7e-4, 6.3e-4, 1.5e-3, 3.6e-3, 8.4e-3, 2e-2, 4.7e-2)],
 }
