@@ -32,6 +32,12 @@ def collapse(path):
         file["positions"][...] = 1
 
 
+def freeze(path):
+    """The first frame in all frames: only there a correction can change."""
+    with h5py.File(path, "r+") as file:
+        file["positions"][...] = file["positions"][0]
+
+
 def jumps(count=40, size=65, frames=60):
     """Two bodies of points of which one moves off; in both, groups of points jump in a frame each."""
     points = np.random.default_rng(5).uniform(size=(2 * count * size, 3))
@@ -56,6 +62,7 @@ CASES = [
     ("two", "walker", 100, 2, None, 1, 0.0005, "", None),
     ("crowded", "jelly", 100, 6, None, 60, 0.001, "", None),
     ("still", "flag", 64, 5, collapse, 3, 0.001, "", 0.001),
+    ("frozen", "walker", 100, 5, freeze, 3, 0.01, "", 0.001),
     ("clips", "walker", 100, 40, None, 4, 0.001, "clips: {length: 13}\n", 0.0005),
     *((f"step-{step}", "jelly", 100, 16, None, 4, step, "", None) for step in (0.3, 0.01, 1e-7)),
     ("tight", "jelly", 100, 6, None, 4, 0.01, "", 2e-6),
