@@ -152,8 +152,8 @@ class Hdf5ResultWriter final : public ResultWriter {
     }
 
     Expected<Handle> create_group(const std::string& path) {
-        Handle group(H5Gcreate2(file_.get(), path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
-        if (!group) return fail(ErrorCode::kIo, last_error("creating " + path), where_);
+        auto group = hdf5::create_group(file_.get(), path.c_str());
+        if (!group) return fail(group.error().code, group.error().message, where_);
         digest_.add(path, ContentHash(ContentKind::kGroup));
         return group;
     }

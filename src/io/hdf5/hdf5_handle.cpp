@@ -148,9 +148,11 @@ Expected<InputFile> open_input(const std::filesystem::path& path) {
 Expected<Handle> create_output(const std::filesystem::path& path) {
     prepare_thread();
     const Handle access = file_access();
+    const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);  // of the root group too
     Handle file;
-    if (access && H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18) >= 0)
-        file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
+    if (access && creation && H5Pset_obj_track_times(creation.get(), false) >= 0 &&
+        H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18) >= 0)
+        file = Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
     if (!file) return fail(ErrorCode::kIo, last_error("cannot create"), path.string());
     return file;
 }
@@ -178,6 +180,15 @@ Expected<void> write_attribute(hid_t object, const char* name, const std::string
         H5Tset_strpad(type.get(), H5T_STR_NULLPAD) < 0 || H5Tset_cset(type.get(), H5T_CSET_UTF8) < 0)
         return fail(ErrorCode::kIo, last_error(std::string("writing attribute ") + name));
     return write_scalar_attribute(object, name, type.get(), type.get(), value.c_str());
+}
+
+Expected<Handle> create_group(hid_t file, const char* path) {
+    const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
+    Handle group;
+    if (properties && H5Pset_obj_track_times(properties.get(), false) >= 0)
+        group = Handle(H5Gcreate2(file, path, H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Gclose);
+    if (!group) return fail(ErrorCode::kIo, last_error(std::string("creating ") + path));
+    return group;
 }
 
 Expected<Handle> create_contiguous(hid_t group, const char* name, hid_t type,

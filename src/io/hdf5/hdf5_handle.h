@@ -82,6 +82,9 @@ Expected<void> write_attribute(hid_t object, const char* name, std::int64_t valu
 Expected<void> write_attribute(hid_t object, const char* name, double value);
 Expected<void> write_attribute(hid_t object, const char* name, const std::string& value);
 
+/// Creates a group that does not note when. Error: kIo.
+Expected<Handle> create_group(hid_t file, const char* path);
+
 /// Creates a dataset of `type`, contiguous and never pre-filled, without writing to it. Error: kIo.
 Expected<Handle> create_contiguous(hid_t group, const char* name, hid_t type,
                                    const std::vector<hsize_t>& shape);
