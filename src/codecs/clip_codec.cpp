@@ -154,6 +154,15 @@ Expected<EncodedClip> encode_clip(PositionsView positions, std::span<const Trian
     return encode_clip(positions, mesh, segmentation, parameters, executor);
 }
 
+ClipInfo basic_info(const ClipBitstream& clip) {
+    ClipInfo info;
+    info.method = clip.method;
+    info.vertex_count = clip.vertex_count;
+    info.frame_count = clip.frame_count;
+    info.parameters.method = clip.method;
+    return info;
+}
+
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream) {
     const auto clip = parse_clip_bitstream(bitstream);
     if (!clip) return tl::unexpected(clip.error());

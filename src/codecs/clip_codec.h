@@ -59,6 +59,10 @@ struct ClipInfo {
     SectionBytes section_bytes;
 };
 
+struct ClipBitstream;
+/// Of any coder: method and counts, of the parameters the method alone.
+ClipInfo basic_info(const ClipBitstream& clip);
+
 /// Errors: kFormat (no clip bitstream), kUnsupported (version, method), kCorrupt (checksums, sizes).
 Expected<ClipInfo> read_clip_info(std::span<const std::uint8_t> bitstream);
 

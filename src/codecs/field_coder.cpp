@@ -104,12 +104,8 @@ FieldCoder::FieldCoder()
 
 FieldPredictor FieldCoder::code(BitCoder& coder, const FieldOrder& order, FieldMemory& memory,
                                 FieldPredictor predictor, std::span<std::int32_t> values) {
-    std::size_t node = 1;
-    for (int k = 2; k >= 0; --k) {
-        const bool bit = ((static_cast<unsigned>(predictor) >> k) & 1) != 0;
-        node = 2 * node + (code_bit(coder, predictors_[node], bit) ? 1 : 0);
-    }
-    predictor = static_cast<FieldPredictor>(std::min<std::size_t>(node - 8, kFieldPredictors - 1));
+    predictor = static_cast<FieldPredictor>(std::min<std::size_t>(
+        predictors_.code(coder, static_cast<std::uint32_t>(predictor)), kFieldPredictors - 1));
     const std::size_t rank = std::min<std::size_t>(static_cast<std::size_t>(memory.fields), kRanks - 1);
     residuals_.assign(values.size(), 0);
     for (std::size_t k = 0; k < values.size(); ++k) {
@@ -149,8 +145,7 @@ FieldPredictor quantize_field(const FieldOrder& order, std::span<const float> ta
         for (std::size_t k = 0; k < values.size(); ++k) {
             const Guess guess = guess_at(order, k, tried.data(), residuals.data());
             const std::int64_t center = (guess.eighths(predictor) + 4) >> 3;
-            const std::uint32_t size =
-                RateModel::class_of(guess.neighbours == 0 ? 512 : 16 + guess.near_size);
+            const std::uint32_t size = expectation_class(guess.neighbours == 0 ? 512 : 16 + guess.near_size);
             const RateModel::Choice choice =
                 rates.choose(targets[k], static_cast<std::int32_t>(center), size);
             tried[k] = choice.value;

@@ -43,7 +43,7 @@ class FieldCoder {
                         FieldPredictor predictor, std::span<std::int32_t> values);
 
  private:
-    std::array<AdaptiveBit, 8> predictors_;
+    AdaptiveNumber predictors_{kFieldPredictors - 1};
     MixedIntegers integers_;
     std::vector<std::int32_t> residuals_;
 };

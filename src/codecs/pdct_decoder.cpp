@@ -275,12 +275,8 @@ Expected<void> PdctClip::reconstruct(std::int64_t begin, MutablePositionsView ou
 Expected<ClipInfo> read_pdct_info(const ClipBitstream& clip) {
     const auto header = PdctHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
     if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
-    ClipInfo info;
-    info.method = clip.method;
-    info.vertex_count = clip.vertex_count;
-    info.frame_count = clip.frame_count;
+    ClipInfo info = basic_info(clip);
     info.cluster_count = header->cluster_count;
-    info.parameters.method = CodecMethod::kPdct;
     info.parameters.bits = header->bits;
     info.parameters.intra_bits = header->intra_bits;
     info.parameters.frame_bits = header->lattice.bits;

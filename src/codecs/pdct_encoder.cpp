@@ -9,6 +9,7 @@
 #include "codecs/level_rows.h"
 #include "codecs/pdct.h"
 #include "codecs/pdct_layout.h"
+#include "codecs/rate_model.h"
 #include "codecs/static_coder.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
@@ -17,10 +18,6 @@
 
 namespace batchenc {
 namespace {
-
-/// Squared error, in steps, that one bit is worth: at high rates an entropy-coded uniform quantiser of step 1
-/// trades 2 ln 2 / 12 of it for a bit.
-constexpr float kErrorPerBit = 0.1155f;
 
 constexpr float kNever = std::numeric_limits<float>::infinity();  // the cost of what cannot be coded
 

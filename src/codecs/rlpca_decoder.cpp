@@ -279,13 +279,9 @@ Expected<void> RlpcaClip::reconstruct(std::int64_t begin, MutablePositionsView o
 Expected<ClipInfo> read_rlpca_info(const ClipBitstream& clip) {
     const auto header = RlpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
     if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
-    ClipInfo info;
-    info.method = clip.method;
-    info.vertex_count = clip.vertex_count;
-    info.frame_count = clip.frame_count;
+    ClipInfo info = basic_info(clip);
     info.cluster_count = header->cluster_count;
     info.component_count = header->components;
-    info.parameters.method = clip.method;
     info.parameters.space = header->space;
     info.parameters.components = header->components;
     info.parameters.basis_bits = header->basis_bits;

@@ -67,7 +67,6 @@ class RtpcaAnalysis {
     std::vector<Cluster> clusters_;
     RigidTree tree_;
     TrackTransform transform_;
-    FieldOrder shape_order_;
 };
 
 }  // namespace batchenc

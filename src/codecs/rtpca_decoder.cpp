@@ -14,26 +14,6 @@ namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
-/// The parts of a section: sizes of all but the last, then bytes.
-Expected<std::vector<std::span<const std::uint8_t>>> split_section(std::span<const std::uint8_t> payload,
-                                                                   std::size_t count) {
-    ByteReader reader(payload);
-    std::vector<std::uint64_t> sizes;
-    for (std::size_t k = 0; k + 1 < count; ++k) {
-        const auto size = reader.get_varint(reader.remaining());
-        if (!size) return tl::unexpected(size.error());
-        sizes.push_back(*size);
-    }
-    std::vector<std::span<const std::uint8_t>> parts;
-    for (const std::uint64_t size : sizes) {
-        const auto part = reader.get_bytes(size);
-        if (!part) return tl::unexpected(part.error());
-        parts.push_back(*part);
-    }
-    parts.push_back(payload.subspan(reader.position()));
-    return parts;
-}
-
 class RtpcaClip final : public DecodedClip {
  public:
     const ClipInfo& info() const override { return info_; }
@@ -55,14 +35,36 @@ class RtpcaClip final : public DecodedClip {
     };
 
     Expected<void> decode_bodies(std::span<const std::uint8_t> payload);
-    Expected<void> decode_streams(const ClipBitstream& clip, const MeshTopology& mesh,
-                                  std::int32_t components, std::int64_t size_limit_bytes,
-                                  const Executor& executor);
+    /// The list of components that its section starts with; leaves the reader behind it.
+    Expected<void> decode_list(ByteReader& reader, std::int64_t size_limit_bytes);
+    /// Keeps the first so many components, or all, and makes room for them.
+    Expected<void> make_room(std::int32_t components, std::int64_t size_limit_bytes);
+    Expected<void> decode_shape(std::span<const std::uint8_t> stream, const MeshTopology& mesh,
+                                std::vector<float>& shape);
+    bool decode_basis(std::span<const std::uint8_t> bytes, const std::vector<std::int32_t>& stream,
+                      const TrackTransform& transform);
+    bool decode_fields(std::span<const std::uint8_t> bytes, const std::vector<std::int32_t>& stream,
+                       const std::vector<FieldOrder>& orders);
+    Expected<void> decode_components(const ClipBitstream& clip, const MeshTopology& mesh,
+                                     std::int32_t components, std::int64_t size_limit_bytes,
+                                     const Executor& executor);
+    void set_field(std::size_t cluster, std::int32_t vertex, std::size_t field, float value) {
+        Cluster& c = clusters_[cluster];
+        c.fields[TrajectoryCluster::field_index(slots_[static_cast<std::size_t>(vertex)],
+                                                static_cast<std::int64_t>(field),
+                                                static_cast<std::int64_t>(c.basis.size()))] = value;
+    }
+    bool is_whole() const { return static_cast<std::int64_t>(components_.size()) == header_.component_count; }
+    /// What each field of a cluster adds to x, y and z in a frame, and where they start; see
+    /// sum_trajectories.
+    void weigh(std::size_t cluster, std::size_t frame, std::vector<float>& weights,
+               std::array<float, 3>& origin) const;
 
     ClipInfo info_;
     RtpcaHeader header_;
     std::vector<std::int32_t> labels_;
     std::vector<Cluster> clusters_;
+    std::vector<std::int64_t> slots_;         // of each vertex among those of its cluster
     std::vector<BodyTrack> tracks_;           // N
     std::vector<RtpcaComponent> components_;  // those that are used
     Corrections corrections_;
@@ -86,15 +88,17 @@ Expected<void> RtpcaClip::decode(const ClipBitstream& clip, const MeshTopology& 
     if (!segmentation) return fail_within(section_name(SectionId::kSegmentation), segmentation.error());
     labels_ = std::move(segmentation->labels);
     clusters_.resize(static_cast<std::size_t>(header_.cluster_count));
-    for (std::size_t v = 0; v < labels_.size(); ++v)
-        clusters_[static_cast<std::size_t>(labels_[v])].vertices.push_back(static_cast<std::int32_t>(v));
+    for (std::size_t v = 0; v < labels_.size(); ++v) {
+        Cluster& cluster = clusters_[static_cast<std::size_t>(labels_[v])];
+        slots_.push_back(cluster.size());
+        cluster.vertices.push_back(static_cast<std::int32_t>(v));
+    }
     if (auto done = decode_bodies(clip.payload(SectionId::kFrames)); !done)
         return fail_within(section_name(SectionId::kFrames), done.error());
-    if (auto done = decode_streams(clip, mesh, components, size_limit_bytes, executor); !done) return done;
+    if (auto done = decode_components(clip, mesh, components, size_limit_bytes, executor); !done) return done;
     const std::span<const std::uint8_t> residuals = clip.payload(SectionId::kResiduals);
-    const bool whole = static_cast<std::int64_t>(components_.size()) == header_.component_count;
-    if (residuals.empty() || !whole) return {};
-    auto corrections = decode_corrections(residuals, shape_order(mesh), info_.frame_count, size_limit_bytes);
+    if (residuals.empty() || !is_whole()) return {};
+    auto corrections = decode_corrections(residuals, mesh.field_order(), info_.frame_count, size_limit_bytes);
     if (!corrections) return fail_within(section_name(SectionId::kResiduals), corrections.error());
     corrections_ = std::move(*corrections);
     return {};
@@ -124,143 +128,163 @@ Expected<void> RtpcaClip::decode_bodies(std::span<const std::uint8_t> payload) {
     return {};
 }
 
-Expected<void> RtpcaClip::decode_streams(const ClipBitstream& clip, const MeshTopology& mesh,
-                                         std::int32_t components, std::int64_t size_limit_bytes,
-                                         const Executor& executor) {
-    const auto in_basis = [](const Error& error) {
-        return fail_within(section_name(SectionId::kBasis), error);
-    };
-    const auto in_fields = [](const Error& error) {
-        return fail_within(section_name(SectionId::kCoefficients), error);
-    };
-    const std::int64_t frames = info_.frame_count;
-    // The list of components stands first in its section; how many streams follow depends on it.
+Expected<void> RtpcaClip::decode_list(ByteReader& reader, std::int64_t size_limit_bytes) {
     if (header_.component_count > size_limit_bytes / static_cast<std::int64_t>(sizeof(RtpcaComponent)))
         return fail(ErrorCode::kLimit, "more components than memory allows");
-    ByteReader reader(clip.payload(SectionId::kBasis));
-    const auto list_size = reader.get_varint(reader.remaining());
-    if (!list_size) return in_basis(list_size.error());
-    const auto list = reader.get_bytes(*list_size);
-    if (!list) return in_basis(list.error());
+    const auto size = reader.get_varint(reader.remaining());
+    if (!size) return tl::unexpected(size.error());
+    const auto bytes = reader.get_bytes(*size);
+    if (!bytes) return tl::unexpected(bytes.error());
     components_.resize(static_cast<std::size_t>(header_.component_count));
-    BitCoder list_coder(*list);
-    if (!code_components(list_coder, components_, header_.cluster_count))
-        return in_basis(corrupt("the list of components does not decode").value());
-    if (auto end = list_coder.check_end(); !end) return in_basis(end.error());
-    std::vector<std::int64_t> sizes, counts(clusters_.size(), 0);
-    for (const Cluster& cluster : clusters_) sizes.push_back(cluster.size());
-    const Streams streams = rtpca_streams(components_, sizes, frames);
-    const bool whole = components < 0 || components >= header_.component_count;
-    if (!whole) components_.resize(static_cast<std::size_t>(components));
-    // Floats of basis and fields, and the levels of as many streams at once.
+    BitCoder coder(*bytes);
+    if (!code_components(coder, components_, header_.cluster_count))
+        return corrupt("the list of components does not decode");
+    return coder.check_end();
+}
+
+Expected<void> RtpcaClip::make_room(std::int32_t components, std::int64_t size_limit_bytes) {
+    if (components >= 0 && components < header_.component_count)
+        components_.resize(static_cast<std::size_t>(components));
+    std::vector<std::int64_t> counts(clusters_.size(), 0);
     std::int64_t values = 0;
     for (const RtpcaComponent& component : components_) {
         const auto i = static_cast<std::size_t>(component.cluster);
-        if (++counts[i] > std::min<std::int64_t>(3 * frames, sizes[i]))
-            return in_basis(corrupt("a cluster has more components than its rank can be").value());
-        values += 3 * frames + sizes[i];
+        if (++counts[i] > std::min<std::int64_t>(3 * info_.frame_count, clusters_[i].size()))
+            return corrupt("a cluster has more components than its rank can be");
+        values += 3 * info_.frame_count + clusters_[i].size();
     }
-    if (values > size_limit_bytes / 12)
+    if (values > size_limit_bytes / 12)  // floats, and the levels of as many streams at once
         return fail(ErrorCode::kLimit,
                     std::to_string(values) + " values of components need more memory than allowed");
-
-    const auto basis_parts =
-        split_section(clip.payload(SectionId::kBasis).subspan(reader.position()), streams.size());
-    if (!basis_parts) return in_basis(basis_parts.error());
-    const auto field_parts = split_section(clip.payload(SectionId::kCoefficients), streams.size() + 1);
-    if (!field_parts) return in_fields(field_parts.error());
-
     for (std::size_t i = 0; i < clusters_.size(); ++i) {
-        const std::int64_t blocks = (sizes[i] + kTrajectoryLanes - 1) / kTrajectoryLanes;
+        const std::int64_t blocks = (clusters_[i].size() + kTrajectoryLanes - 1) / kTrajectoryLanes;
         clusters_[i].fields.assign(static_cast<std::size_t>(blocks * (3 + counts[i]) * kTrajectoryLanes),
                                    0.0f);
         clusters_[i].basis.resize(static_cast<std::size_t>(counts[i]));
     }
-    std::vector<std::int64_t> slot(labels_.size());  // of each vertex among those of its cluster
-    for (const Cluster& cluster : clusters_) {
-        for (std::size_t k = 0; k < cluster.vertices.size(); ++k)
-            slot[static_cast<std::size_t>(cluster.vertices[k])] = static_cast<std::int64_t>(k);
-    }
-    const auto set_field = [&](std::size_t i, std::int32_t vertex, std::int64_t field, float value) {
-        clusters_[i].fields[TrajectoryCluster::field_index(slot[static_cast<std::size_t>(vertex)], field,
-                                                           counts[i])] = value;
-    };
+    return {};
+}
 
-    // Mean shape first: points have their order from it.
-    std::vector<float> shape(3 * labels_.size());
-    {
-        const FieldOrder order = shape_order(mesh);
-        const float step = header_.shape_step(frames);
-        BitCoder coder((*field_parts)[0]);
-        FieldCoder fields;
-        FieldMemory memory(info_.vertex_count);
-        std::vector<std::int32_t> field(labels_.size());
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            fields.code(coder, order, memory, {}, field);
-            if (coder.is_overrun()) return in_fields(corrupt("the mean shape does not decode").value());
-            for (std::size_t place = 0; place < field.size(); ++place) {
-                const auto v = static_cast<std::size_t>(order.vertices[place]);
-                shape[3 * v + axis] = static_cast<float>(field[place]) * step;
-                set_field(static_cast<std::size_t>(labels_[v]), order.vertices[place],
-                          static_cast<std::int64_t>(axis), shape[3 * v + axis]);
-            }
+Expected<void> RtpcaClip::decode_shape(std::span<const std::uint8_t> stream, const MeshTopology& mesh,
+                                       std::vector<float>& shape) {
+    const FieldOrder& order = mesh.field_order();
+    const float step = header_.shape_step(info_.frame_count);
+    BitCoder coder(stream);
+    FieldCoder fields;
+    FieldMemory memory(info_.vertex_count);
+    std::vector<std::int32_t> field(labels_.size());
+    shape.resize(3 * labels_.size());
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        fields.code(coder, order, memory, {}, field);
+        if (coder.is_overrun()) return corrupt("the mean shape does not decode");
+        for (std::size_t place = 0; place < field.size(); ++place) {
+            const auto v = static_cast<std::size_t>(order.vertices[place]);
+            shape[3 * v + axis] = static_cast<float>(field[place]) * step;
+            set_field(static_cast<std::size_t>(labels_[v]), order.vertices[place], axis, shape[3 * v + axis]);
         }
-        if (auto end = coder.check_end(); !end) return in_fields(end.error());
     }
-    const std::vector<FieldOrder> orders = cluster_orders(mesh, labels_, header_.cluster_count, shape);
-    const TrackTransform transform(frames);
+    return coder.check_end();
+}
 
+bool RtpcaClip::decode_basis(std::span<const std::uint8_t> bytes, const std::vector<std::int32_t>& stream,
+                             const TrackTransform& transform) {
+    BitCoder coder(bytes);
+    TrackCoder tracks(info_.frame_count);
+    std::vector<TrackLevels> levels;
+    const auto decode = [&](const RtpcaComponent&, std::size_t, std::size_t l) {
+        levels.emplace_back();
+        levels.back().values.resize(static_cast<std::size_t>(3 * info_.frame_count));
+        tracks.code(coder, levels.back(), l);
+        return !coder.is_overrun();
+    };
+    if (!for_each_component(components_, stream, clusters_.size(), decode)) return false;
+    if (is_whole() && !coder.check_end()) return false;
+    std::vector<std::vector<float>> basis = transform.dequantize(levels, SerialExecutor());
+    std::size_t next = 0;
+    const auto store = [&](const RtpcaComponent& component, std::size_t i, std::size_t l) {
+        const float unit = component.basis_step() * header_.step;
+        for (float& value : basis[next]) value *= unit;
+        clusters_[i].basis[l] = std::move(basis[next++]);
+        return true;
+    };
+    return for_each_component(components_, stream, clusters_.size(), store);
+}
+
+bool RtpcaClip::decode_fields(std::span<const std::uint8_t> bytes, const std::vector<std::int32_t>& stream,
+                              const std::vector<FieldOrder>& orders) {
+    BitCoder coder(bytes);
+    FieldCoder fields;
+    std::vector<FieldMemory> memories = stream_memories(stream, orders);
+    std::vector<std::int32_t> field;
+    const auto decode = [&](const RtpcaComponent&, std::size_t i, std::size_t l) {
+        field.assign(clusters_[i].vertices.size(), 0);
+        fields.code(coder, orders[i], memories[i], {}, field);
+        for (std::size_t place = 0; place < field.size(); ++place)
+            set_field(i, orders[i].vertices[place], 3 + l, static_cast<float>(field[place]));
+        return !coder.is_overrun();
+    };
+    if (!for_each_component(components_, stream, clusters_.size(), decode)) return false;
+    return !is_whole() || coder.check_end().has_value();
+}
+
+Expected<void> RtpcaClip::decode_components(const ClipBitstream& clip, const MeshTopology& mesh,
+                                            std::int32_t components, std::int64_t size_limit_bytes,
+                                            const Executor& executor) {
+    const auto within = [](SectionId id, const Error& error) { return fail_within(section_name(id), error); };
+    ByteReader reader(clip.payload(SectionId::kBasis));
+    if (auto done = decode_list(reader, size_limit_bytes); !done)
+        return within(SectionId::kBasis, done.error());
+    std::vector<std::int64_t> sizes;
+    for (const Cluster& cluster : clusters_) sizes.push_back(cluster.size());
+    const Streams streams =
+        rtpca_streams(components_, sizes, info_.frame_count);  // of all, as they are coded
+    if (auto done = make_room(components, size_limit_bytes); !done)
+        return within(SectionId::kBasis, done.error());
+    const auto basis =
+        split_parts(clip.payload(SectionId::kBasis).subspan(reader.position()), streams.size());
+    if (!basis) return within(SectionId::kBasis, basis.error());
+    const auto fields = split_parts(clip.payload(SectionId::kCoefficients), streams.size() + 1);
+    if (!fields) return within(SectionId::kCoefficients, fields.error());
+
+    // The mean shape first: points have their order from it.
+    std::vector<float> shape;
+    if (auto done = decode_shape((*fields)[0], mesh, shape); !done)
+        return within(SectionId::kCoefficients, done.error());
+    const std::vector<FieldOrder> orders = cluster_orders(mesh, labels_, header_.cluster_count, shape);
+    const TrackTransform transform(info_.frame_count);
     std::vector<std::uint8_t> good(2 * streams.size(), 0);
     executor.for_each(static_cast<std::int64_t>(good.size()), [&](std::int64_t index) {
         const auto task = static_cast<std::size_t>(index);
         const std::size_t s = task / 2;
-        if (task % 2 == 0) {
-            BitCoder coder((*basis_parts)[s]);
-            TrackCoder tracks(frames);
-            std::vector<TrackLevels> levels;
-            const auto decode = [&](const RtpcaComponent&, std::size_t, std::size_t l) {
-                levels.emplace_back();
-                levels.back().values.resize(static_cast<std::size_t>(3 * frames));
-                tracks.code(coder, levels.back(), l);
-                return !coder.is_overrun();
-            };
-            const bool decoded = for_each_component(components_, streams[s], clusters_.size(), decode);
-            if (!decoded || (whole && !coder.check_end())) return;
-            std::vector<std::vector<float>> basis = transform.dequantize(levels, SerialExecutor());
-            std::size_t next = 0;
-            const auto store = [&](const RtpcaComponent& component, std::size_t i, std::size_t l) {
-                const float unit = component.basis_step() * header_.step;
-                for (float& value : basis[next]) value *= unit;
-                clusters_[i].basis[l] = std::move(basis[next++]);
-                return true;
-            };
-            for_each_component(components_, streams[s], clusters_.size(), store);
-        } else {
-            BitCoder coder((*field_parts)[s + 1]);
-            FieldCoder fields;
-            std::vector<FieldMemory> memories;
-            for (const Cluster& cluster : clusters_) memories.emplace_back(cluster.size());
-            std::vector<std::int32_t> field;
-            const auto decode = [&](const RtpcaComponent&, std::size_t i, std::size_t l) {
-                field.assign(clusters_[i].vertices.size(), 0);
-                fields.code(coder, orders[i], memories[i], {}, field);
-                for (std::size_t place = 0; place < field.size(); ++place)
-                    set_field(i, orders[i].vertices[place], static_cast<std::int64_t>(3 + l),
-                              static_cast<float>(field[place]));
-                return !coder.is_overrun();
-            };
-            const bool decoded = for_each_component(components_, streams[s], clusters_.size(), decode);
-            if (!decoded || (whole && !coder.check_end())) return;
-        }
-        good[task] = 1;
+        good[task] = task % 2 == 0 ? decode_basis((*basis)[s], streams[s], transform)
+                                   : decode_fields((*fields)[s + 1], streams[s], orders);
     });
     for (std::size_t task = 0; task < good.size(); ++task) {
-        if (good[task] == 0) {
-            const Error error = corrupt("a coded stream does not decode").value();
-            return task % 2 == 0 ? in_basis(error) : in_fields(error);
-        }
+        if (good[task] == 0)
+            return within(task % 2 == 0 ? SectionId::kBasis : SectionId::kCoefficients,
+                          corrupt("a coded stream does not decode").value());
     }
     return {};
+}
+
+void RtpcaClip::weigh(std::size_t cluster, std::size_t frame, std::vector<float>& weights,
+                      std::array<float, 3>& origin) const {
+    const std::vector<std::vector<float>>& basis = clusters_[cluster].basis;
+    const BodyMotion& motion = tracks_[cluster][frame];
+    std::array<float, 9> turn;
+    for (std::size_t k = 0; k < 9; ++k) turn[k] = static_cast<float>(motion.rotation[k]);
+    weights.resize(3 * (3 + basis.size()));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        origin[axis] =
+            static_cast<float>(motion.translation[axis] + static_cast<double>(header_.center[axis]));
+        for (std::size_t row = 0; row < 3; ++row) weights[3 * axis + row] = turn[3 * row + axis];
+    }
+    float* w = weights.data() + 9;
+    for (std::size_t l = 0; l < basis.size(); ++l, w += 3) {
+        const float* b = basis[l].data() + 3 * frame;
+        for (std::size_t row = 0; row < 3; ++row)
+            w[row] = turn[3 * row] * b[0] + turn[3 * row + 1] * b[1] + turn[3 * row + 2] * b[2];
+    }
 }
 
 Expected<void> RtpcaClip::reconstruct(std::int64_t begin, MutablePositionsView out,
@@ -270,33 +294,18 @@ Expected<void> RtpcaClip::reconstruct(std::int64_t begin, MutablePositionsView o
     const std::int64_t tasks = (out.frame_count() + kFramesPerTask - 1) / kFramesPerTask;
     executor.for_each(tasks, [&](std::int64_t task) {
         std::vector<float> weights;
-        const std::int64_t end = std::min((task + 1) * kFramesPerTask, out.frame_count());
+        std::array<float, 3> origin;
+        const std::int64_t first = task * kFramesPerTask;
+        const std::int64_t end = std::min(first + kFramesPerTask, out.frame_count());
         for (std::size_t i = 0; i < clusters_.size(); ++i) {
             const Cluster& cluster = clusters_[i];
-            const auto components = static_cast<std::int64_t>(cluster.basis.size());
-            weights.resize(static_cast<std::size_t>(3 * (3 + components)));
-            for (std::int64_t at = task * kFramesPerTask; at < end; ++at) {
-                const auto f = static_cast<std::size_t>(begin + at);
-                const BodyMotion& motion = tracks_[i][f];
-                std::array<float, 9> turn;
-                std::array<float, 3> origin;
-                for (std::size_t k = 0; k < 9; ++k) turn[k] = static_cast<float>(motion.rotation[k]);
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    origin[axis] = static_cast<float>(motion.translation[axis] +
-                                                      static_cast<double>(header_.center[axis]));
-                    for (std::size_t row = 0; row < 3; ++row) weights[3 * axis + row] = turn[3 * row + axis];
-                }
-                float* w = weights.data() + 9;
-                for (std::size_t l = 0; l < cluster.basis.size(); ++l, w += 3) {
-                    const float* b = cluster.basis[l].data() + 3 * f;
-                    for (std::size_t row = 0; row < 3; ++row)
-                        w[row] = turn[3 * row] * b[0] + turn[3 * row + 1] * b[1] + turn[3 * row + 2] * b[2];
-                }
-                sum_trajectories({cluster.vertices, cluster.fields.data(), components}, weights.data(),
-                                 origin.data(), out.at(at, 0));
+            const TrajectoryCluster geometry = {cluster.vertices, cluster.fields.data(),
+                                                static_cast<std::int64_t>(cluster.basis.size())};
+            for (std::int64_t at = first; at < end; ++at) {
+                weigh(i, static_cast<std::size_t>(begin + at), weights, origin);
+                sum_trajectories(geometry, weights.data(), origin.data(), out.at(at, 0));
             }
         }
-        const std::int64_t first = task * kFramesPerTask;
         corrections_.apply(begin + first, {out.at(first, 0), end - first, info_.vertex_count}, labels_,
                            tracks_);
     });
@@ -308,14 +317,10 @@ Expected<void> RtpcaClip::reconstruct(std::int64_t begin, MutablePositionsView o
 Expected<ClipInfo> read_rtpca_info(const ClipBitstream& clip) {
     const auto header = RtpcaHeader::read(clip.payload(SectionId::kParameters), clip.vertex_count);
     if (!header) return fail_within(section_name(SectionId::kParameters), header.error());
-    ClipInfo info;
-    info.method = clip.method;
-    info.vertex_count = clip.vertex_count;
-    info.frame_count = clip.frame_count;
+    ClipInfo info = basic_info(clip);
     info.cluster_count = header->cluster_count;
     info.component_count = static_cast<std::int32_t>(
         std::min<std::int64_t>(header->component_count, std::numeric_limits<std::int32_t>::max()));
-    info.parameters.method = CodecMethod::kRtpca;
     info.parameters.step =
         header->e_max > 0.0f ? static_cast<double>(header->step) / static_cast<double>(header->e_max) : 0.0;
     if (const auto residuals = clip.payload(SectionId::kResiduals); !residuals.empty()) {
@@ -356,7 +361,7 @@ Expected<std::vector<std::uint8_t>> encode_rtpca_residuals(const ClipBitstream& 
     const auto places = all_frames(decoded, clip, mesh, executor);
     if (!places) return tl::unexpected(places.error());
     return encode_corrections(source, {places->data(), source.frame_count(), source.vertex_count()},
-                              shape_order(mesh), decoded.labels(), decoded.tracks(), bound);
+                              mesh.field_order(), decoded.labels(), decoded.tracks(), bound);
 }
 
 Expected<std::unique_ptr<DecodedClip>> decode_rtpca(const ClipBitstream& clip, const SharedMesh& mesh,

@@ -2,12 +2,14 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "codecs/coded_segmentation.h"
 #include "codecs/rtpca_analysis.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/rigid_motion.h"
+#include "kernels/vector3.h"
 
 namespace batchenc {
 namespace {
@@ -34,8 +36,6 @@ bool in_range(std::span<const float> targets) {
     return std::all_of(targets.begin(), targets.end(),
                        [](float value) { return std::abs(value) <= kLargestTarget; });  // false of NaN
 }
-
-double norm(const std::array<double, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 /// A cluster's local coordinates as trajectories: 3F × n, a vertex a column.
 ColMajorMatrixXf trajectories(PositionsView positions, std::span<const std::int32_t> vertices,
@@ -77,6 +77,39 @@ void subtract(ColMajorMatrixXf& matrix, Place place) {
     }
 }
 
+/// How some vertices move rigidly from their places in the first frame, which are at rest. center: where the
+/// origin of all places is put.
+RigidBody rigid_body(PositionsView positions, const std::vector<std::int32_t>& vertices,
+                     const std::array<double, 3>& center) {
+    RigidBody body;
+    body.vertex_count = static_cast<std::int64_t>(vertices.size());
+    body.track.resize(static_cast<std::size_t>(positions.frame_count()));
+    if (vertices.empty()) return body;
+    const auto at_rest = [&](std::int32_t v) {
+        const float* p = positions.at(0, v);
+        return minus({p[0], p[1], p[2]}, center);
+    };
+    const auto count = static_cast<double>(vertices.size());
+    std::array<double, 3> sum{};
+    for (const std::int32_t v : vertices) sum = plus(sum, at_rest(v));
+    body.center = {sum[0] / count, sum[1] / count, sum[2] / count};
+    double squares = 0.0;
+    for (const std::int32_t v : vertices) {
+        for (const double d : minus(at_rest(v), body.center)) squares += d * d;
+    }
+    body.radius = std::sqrt(squares / count);
+    const std::span<const float> rest(positions.data(),
+                                      static_cast<std::size_t>(3 * positions.vertex_count()));
+    const LocalFrameTrack track = rigid_motion(positions, vertices, rest);
+    for (std::size_t f = 0; f < body.track.size(); ++f) {
+        BodyMotion motion = BodyMotion::of(track, static_cast<std::int64_t>(f));
+        const std::array<double, 3> origin = std::exchange(motion.translation, {});
+        motion.translation = minus(minus(origin, center), motion.apply(body.center));
+        body.track[f] = motion;
+    }
+    return body;
+}
+
 /// The components of one cluster as they are coded.
 struct CodedComponents {
     std::vector<std::int32_t> scales;
@@ -87,8 +120,7 @@ struct CodedComponents {
     bool fits = true;
 };
 
-/// Quantises the leading components of a cluster. matrix: 3F × n, vertices ascending. place: of each column
-/// in `order`.
+/// Quantises the leading components of a cluster. matrix: 3F × n, a column for each of `vertices`.
 CodedComponents quantize_components(const ColMajorMatrixXf& matrix, const TruncatedSvd& svd,
                                     std::int64_t count, const RtpcaHeader& header, const FieldOrder& order,
                                     std::span<const std::int32_t> vertices, const TrackTransform& transform) {
@@ -225,20 +257,13 @@ std::vector<std::uint8_t> code_fields(std::span<const RtpcaComponent> components
                                       const std::vector<FieldOrder>& orders) {
     BitCoder coder;
     FieldCoder fields;
-    std::vector<FieldMemory> memories;
-    for (const FieldOrder& order : orders) memories.emplace_back(order.size());
+    std::vector<FieldMemory> memories = stream_memories(stream, orders);
     for_each_component(
         components, stream, coded.size(), [&](const RtpcaComponent&, std::size_t i, std::size_t l) {
             fields.code(coder, orders[i], memories[i], coded[i].predictors[l], coded[i].fields[l]);
             return true;
         });
     return coder.finish();
-}
-
-/// Sizes of all parts but the last, then their bytes.
-void append_parts(ByteWriter& out, std::span<const std::vector<std::uint8_t>> parts) {
-    for (std::size_t k = 0; k + 1 < parts.size(); ++k) out.put_varint(parts[k].size());
-    for (const auto& part : parts) out.put_bytes(part);
 }
 
 }  // namespace
@@ -257,49 +282,15 @@ RtpcaAnalysis::RtpcaAnalysis(PositionsView positions, const MeshTopology& mesh,
       labels_(labels),
       executor_(executor),
       clusters_(static_cast<std::size_t>(cluster_count)),
-      transform_(positions.frame_count()),
-      shape_order_(shape_order(mesh)) {
+      transform_(positions.frame_count()) {
     const BoundingBox box = bounding_box(positions);
     e_max_ = box.largest_side();
     center_ = box.center();
     for (std::size_t v = 0; v < labels.size(); ++v)
         clusters_[static_cast<std::size_t>(labels[v])].vertices.push_back(static_cast<std::int32_t>(v));
-    const std::span<const float> rest(positions.data(), 3 * labels.size());
     executor.for_each(cluster_count, [&](std::int64_t i) {
         Cluster& cluster = clusters_[static_cast<std::size_t>(i)];
-        RigidBody& body = cluster.body;
-        body.vertex_count = cluster.size();
-        std::array<double, 3> mean{};
-        for (const std::int32_t v : cluster.vertices) {
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                mean[axis] +=
-                    static_cast<double>(positions.at(0, v)[axis]) - static_cast<double>(center_[axis]);
-        }
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            body.center[axis] = mean[axis] / static_cast<double>(std::max<std::int64_t>(1, cluster.size()));
-        for (const std::int32_t v : cluster.vertices) {
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double d = static_cast<double>(positions.at(0, v)[axis]) -
-                                 static_cast<double>(center_[axis]) - body.center[axis];
-                body.radius += d * d;
-            }
-        }
-        body.radius = std::sqrt(body.radius / static_cast<double>(std::max<std::int64_t>(1, cluster.size())));
-        body.track.resize(static_cast<std::size_t>(positions.frame_count()));
-        if (cluster.vertices.empty()) return;
-        const LocalFrameTrack track = rigid_motion(positions, cluster.vertices, rest);
-        for (std::size_t f = 0; f < body.track.size(); ++f) {
-            BodyMotion& motion = body.track[f];
-            for (std::size_t row = 0; row < 3; ++row) {
-                for (std::size_t column = 0; column < 3; ++column)
-                    motion.rotation[3 * row + column] =
-                        static_cast<double>(track.row(static_cast<int>(3 * column + row))[f]);
-            }
-            const std::array<double, 3> turned = motion.apply(body.center);
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                motion.translation[axis] = static_cast<double>(track.row(static_cast<int>(9 + axis))[f]) -
-                                           static_cast<double>(center_[axis]) - turned[axis];
-        }
+        cluster.body = rigid_body(positions, cluster.vertices, {center_[0], center_[1], center_[2]});
     });
     std::vector<RigidBody> bodies;
     for (const Cluster& cluster : clusters_) bodies.push_back(cluster.body);
@@ -438,7 +429,7 @@ Expected<RtpcaCoding> RtpcaAnalysis::code(double step) {
     });
 
     const auto shape_fields =
-        quantize_shape(shape_order_, shape, header.shape_step(positions_.frame_count()), executor_);
+        quantize_shape(mesh_.field_order(), shape, header.shape_step(positions_.frame_count()), executor_);
     if (!shape_fields) return tl::unexpected(shape_fields.error());
     const std::vector<FieldOrder> orders = cluster_orders(mesh_, labels_, header.cluster_count, shape);
 
@@ -479,7 +470,7 @@ Expected<RtpcaCoding> RtpcaAnalysis::code(double step) {
 
     // Everything is an integer now; all streams are coded at once.
     const Streams streams = rtpca_streams(components, sizes, positions_.frame_count());
-    std::vector<std::uint8_t> motions, list;
+    std::vector<std::uint8_t> motions;
     std::vector<std::vector<std::uint8_t>> basis(streams.size()), fields(streams.size() + 1);
     executor_.for_each(static_cast<std::int64_t>(2 * streams.size()) + 2, [&](std::int64_t index) {
         const auto task = static_cast<std::size_t>(index);
@@ -488,7 +479,7 @@ Expected<RtpcaCoding> RtpcaAnalysis::code(double step) {
             code_bodies(coder, *bodies, positions_.frame_count());
             motions = coder.finish();
         } else if (task == 1) {
-            fields[0] = code_shape(shape_order_, *shape_fields);
+            fields[0] = code_shape(mesh_.field_order(), *shape_fields);
         } else if (const std::size_t s = (task - 2) / 2; task % 2 == 0) {
             basis[s] = code_basis(components, streams[s], coded, positions_.frame_count());
         } else {
@@ -497,7 +488,7 @@ Expected<RtpcaCoding> RtpcaAnalysis::code(double step) {
     });
     BitCoder coder;
     code_components(coder, components, header.cluster_count);
-    list = coder.finish();
+    const std::vector<std::uint8_t> list = coder.finish();
 
     ByteWriter basis_section, fields_section;
     basis_section.put_varint(list.size());

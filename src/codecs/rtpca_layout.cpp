@@ -7,28 +7,6 @@
 #include "kernels/byte_stream.h"
 
 namespace batchenc {
-namespace {
-
-/// A number below 2^digits, digit by digit, each in the context of those before it.
-class AdaptiveNumber {
- public:
-    explicit AdaptiveNumber(std::uint32_t largest)
-        : digits_(static_cast<int>(std::bit_width(largest))), bits_(std::size_t{1} << digits_) {}
-
-    std::uint32_t code(BitCoder& coder, std::uint32_t value) {
-        std::size_t node = 1;
-        for (int k = digits_; k-- > 0;)
-            node = 2 * node + (code_bit(coder, bits_[node], ((value >> k) & 1) != 0) ? 1 : 0);
-        return static_cast<std::uint32_t>(node - bits_.size());
-    }
-
- private:
-    int digits_;
-    std::vector<AdaptiveBit> bits_;
-};
-
-}  // namespace
-
 float RtpcaHeader::fine_step(std::int64_t count) const {
     const double step_of_all =
         static_cast<double>(step) / std::sqrt(static_cast<double>(std::max<std::int64_t>(1, count)));
@@ -147,19 +125,42 @@ bool code_components(BitCoder& coder, std::span<RtpcaComponent> components, std:
     return true;
 }
 
-FieldOrder shape_order(const MeshTopology& mesh) {
-    const std::vector<std::int32_t> one_cluster(static_cast<std::size_t>(mesh.vertex_count()), 0);
-    if (mesh.is_points()) {
-        const std::vector<float> nowhere(3 * one_cluster.size(), 0.0f);  // leaves the order of the file
-        return std::move(FieldOrder::along_curve(nowhere, one_cluster, 1)[0]);
-    }
-    return std::move(FieldOrder::of(mesh, one_cluster, 1)[0]);
-}
-
 std::vector<FieldOrder> cluster_orders(const MeshTopology& mesh, std::span<const std::int32_t> labels,
                                        std::int32_t cluster_count, std::span<const float> shape) {
     return mesh.is_points() ? FieldOrder::along_curve(shape, labels, cluster_count)
                             : FieldOrder::of(mesh, labels, cluster_count);
+}
+
+void append_parts(ByteWriter& out, std::span<const std::vector<std::uint8_t>> parts) {
+    for (std::size_t k = 0; k + 1 < parts.size(); ++k) out.put_varint(parts[k].size());
+    for (const auto& part : parts) out.put_bytes(part);
+}
+
+Expected<std::vector<std::span<const std::uint8_t>>> split_parts(std::span<const std::uint8_t> payload,
+                                                                 std::size_t count) {
+    ByteReader reader(payload);
+    std::vector<std::uint64_t> sizes;
+    for (std::size_t k = 0; k + 1 < count; ++k) {
+        const auto size = reader.get_varint(reader.remaining());
+        if (!size) return tl::unexpected(size.error());
+        sizes.push_back(*size);
+    }
+    std::vector<std::span<const std::uint8_t>> parts;
+    for (const std::uint64_t size : sizes) {
+        const auto part = reader.get_bytes(size);
+        if (!part) return tl::unexpected(part.error());
+        parts.push_back(*part);
+    }
+    parts.push_back(payload.subspan(reader.position()));
+    return parts;
+}
+
+std::vector<FieldMemory> stream_memories(const std::vector<std::int32_t>& stream,
+                                         const std::vector<FieldOrder>& orders) {
+    std::vector<FieldMemory> memories(orders.size(), FieldMemory(0));
+    for (const std::int32_t i : stream)
+        memories[static_cast<std::size_t>(i)] = FieldMemory(orders[static_cast<std::size_t>(i)].size());
+    return memories;
 }
 
 Streams rtpca_streams(std::span<const RtpcaComponent> components, std::span<const std::int64_t> sizes,

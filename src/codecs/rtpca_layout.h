@@ -46,7 +46,7 @@ struct RtpcaComponent {
     std::int32_t scale = 0;  ///< its singular value is about d 2^(scale / 4)
 
     static constexpr std::int32_t kLargestScale = 255;
-    /// 2^(-scale / 4): the step of its basis, which has unit norm.
+    /// 1.25 × 2^(-scale / 4): the step of its basis, which has unit norm.
     float basis_step() const;
 };
 
@@ -77,8 +77,6 @@ bool code_bodies(BitCoder& coder, std::span<CodedBody> bodies, std::int64_t fram
 /// Codes the list of components in either direction. False when the stream is seen to be corrupt.
 bool code_components(BitCoder& coder, std::span<RtpcaComponent> components, std::int32_t cluster_count);
 
-/// The order of the mean shape: of all vertices at once, so that it is predicted across clusters.
-FieldOrder shape_order(const MeshTopology& mesh);
 /// The orders of the clusters' coefficients. shape: 3 × V, the decoded mean shape.
 std::vector<FieldOrder> cluster_orders(const MeshTopology& mesh, std::span<const std::int32_t> labels,
                                        std::int32_t cluster_count, std::span<const float> shape);
@@ -89,6 +87,16 @@ inline constexpr std::int64_t kRtpcaValuesPerStream = std::int64_t{1} << 17;
 /// Clusters that share streams, of basis and of coefficients alike. sizes: vertices of each cluster.
 Streams rtpca_streams(std::span<const RtpcaComponent> components, std::span<const std::int64_t> sizes,
                       std::int64_t frame_count);
+
+/// The parts of a section: sizes of all but the last, then bytes.
+void append_parts(ByteWriter& out, std::span<const std::vector<std::uint8_t>> parts);
+/// The way back. count: of the parts, at least 1. Error: kCorrupt.
+Expected<std::vector<std::span<const std::uint8_t>>> split_parts(std::span<const std::uint8_t> payload,
+                                                                 std::size_t count);
+
+/// A memory for every cluster, of which those outside the stream are of no size.
+std::vector<FieldMemory> stream_memories(const std::vector<std::int32_t>& stream,
+                                         const std::vector<FieldOrder>& orders);
 
 /// Calls use(component, cluster, rank in the cluster) for the components of the clusters of a stream, most
 /// important first, until it returns false; so does this call then.

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 
+#include "codecs/rate_model.h"
 #include "codecs/rtpca.h"
 #include "codecs/rtpca_analysis.h"
 #include "kernels/bounding_box.h"
@@ -196,8 +196,7 @@ Expected<Division> divide(PositionsView positions, const MeshTopology& mesh,
     RtpcaAnalysis analysis(positions, mesh, segmentation->labels, segmentation->cluster_count(), executor);
     const auto coding = analysis.code(step);
     if (!coding) return tl::unexpected(coding.error());
-    // At high rates a bit is worth 2 ln 2 / 12 of a squared step.
-    const double bit = 2.0 * std::numbers::ln2 / 12.0 * step * step;
+    const double bit = static_cast<double>(kErrorPerBit) * step * step;
     return Division{std::move(*segmentation),
                     coding->squared_error + 8.0 * bit * static_cast<double>(coding->size_bytes())};
 }

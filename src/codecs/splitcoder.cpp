@@ -161,11 +161,7 @@ Expected<EncodedClip> encode_splitcoder(PositionsView positions, const MeshTopol
 Expected<ClipInfo> read_splitcoder_info(const ClipBitstream& clip) {
     const auto header = SplitHeader::read(clip.payload(SectionId::kParameters));
     if (!header) return tl::unexpected(header.error());
-    ClipInfo info;
-    info.method = CodecMethod::kSplitcoder;
-    info.vertex_count = clip.vertex_count;
-    info.frame_count = clip.frame_count;
-    info.parameters.method = CodecMethod::kSplitcoder;
+    ClipInfo info = basic_info(clip);
     info.parameters.predictor = header->predictor;
     info.parameters.normal = header->normal;
     info.parameters.max_error = header->bound;

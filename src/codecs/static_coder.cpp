@@ -416,11 +416,7 @@ double bound_of(const CodecParameters& parameters, const BoundingBox& box) {
 Expected<ClipInfo> read_static_info(const ClipBitstream& clip) {
     const auto header = StaticHeader::read(clip.payload(SectionId::kParameters));
     if (!header) return tl::unexpected(header.error());
-    ClipInfo info;
-    info.method = CodecMethod::kStatic;
-    info.vertex_count = clip.vertex_count;
-    info.frame_count = clip.frame_count;
-    info.parameters.method = CodecMethod::kStatic;
+    ClipInfo info = basic_info(clip);
     info.parameters.bits = header->bits;
     return info;
 }

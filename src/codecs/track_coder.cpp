@@ -70,9 +70,9 @@ struct Surroundings {
 };
 
 /// Magnitudes of the axes of a block, padded.
-class BlockSizeClasses {
+class BlockSizes {
  public:
-    explicit BlockSizeClasses(std::int64_t longest)
+    explicit BlockSizes(std::int64_t longest)
         : stride_(static_cast<std::size_t>(longest) + 2 * kPadding),
           present_(kAxes * stride_),
           past_(kAxes * stride_) {}
@@ -152,12 +152,7 @@ TrackCoder::TrackCoder(std::int64_t frame_count)
                kSizeClasses * kRanks} {}
 
 void TrackCoder::code(BitCoder& coder, TrackLevels& track, std::size_t rank) {
-    std::size_t node = 1;
-    for (int k = 2; k >= 0; --k) {
-        const bool bit = ((static_cast<unsigned>(track.form) >> k) & 1) != 0;
-        node = 2 * node + (code_bit(coder, forms_[node], bit) ? 1 : 0);
-    }
-    track.form = static_cast<TrackForm>(node - kTrackForms);
+    track.form = static_cast<TrackForm>(forms_.code(coder, static_cast<std::uint32_t>(track.form)));
     if (track.form <= TrackForm::kSlopes)
         code_values(coder, track, std::min(rank, kRanks - 1));
     else
@@ -177,8 +172,8 @@ void TrackCoder::code_values(BitCoder& coder, TrackLevels& track, std::size_t ra
             const std::int64_t both = 24 * near + 8 * beside;
             const std::array<std::size_t, 4> contexts = {
                 size_class(both) * 3 + axis,
-                coarse_class(32 * near) * (kCoarseClasses) + coarse_class(32 * beside),
-                coarse_class(512 * own[0]) * (kCoarseClasses) + coarse_class(512 * own[1]),
+                coarse_class(32 * near) * kCoarseClasses + coarse_class(32 * beside),
+                coarse_class(512 * own[0]) * kCoarseClasses + coarse_class(512 * own[1]),
                 size_class(32 * mean[axis]) * kRanks + rank};
             const std::int32_t predicted = predict_value(track.form, values, f);
             const std::int32_t residual =
@@ -194,7 +189,7 @@ void TrackCoder::code_blocks(BitCoder& coder, TrackLevels& track, std::size_t ra
     const std::int64_t n = frame_count_;
     const TrackBlocks blocks(n, track.form);
     const auto form = static_cast<std::size_t>(track.form);
-    BlockSizeClasses sizes((n + blocks.count - 1) / blocks.count);
+    BlockSizes sizes((n + blocks.count - 1) / blocks.count);
     std::int64_t mean = 0, first_size = 0;  // running, sixteenths
     for (std::int64_t b = 0; b < blocks.count; ++b) {
         const std::int64_t begin = blocks.begin(b), length = blocks.begin(b + 1) - begin;
@@ -226,7 +221,7 @@ void TrackCoder::code_blocks(BitCoder& coder, TrackLevels& track, std::size_t ra
                 const std::int64_t before = around.before(j);
                 const std::array<std::size_t, 5> contexts = {
                     size_class(expected) * 3 + axis,
-                    coarse_class(32 * around.earlier(j)) * (kCoarseClasses) + coarse_class(32 * before),
+                    coarse_class(32 * around.earlier(j)) * kCoarseClasses + coarse_class(32 * before),
                     frequency * kTrackForms + form, size_class(32 * mean) * kRanks + rank,
                     coarse_class(32 * around.beside(j)) * kFrequencies + frequency};
                 level = transformed_.code(coder, level, contexts);
@@ -291,7 +286,7 @@ class TrackQuantizer {
             for (std::int64_t f = 0; f < frame_count_; ++f) {
                 const std::int32_t predicted = predict_value(form, out, f);
                 const RateModel::Choice choice =
-                    rates_.choose(values(f, axis), predicted, RateModel::class_of(32 * size + 16));
+                    rates_.choose(values(f, axis), predicted, expectation_class(32 * size + 16));
                 out[f] = choice.value;
                 if (f > 0) cost += choice.cost;
                 size += (16 * std::int64_t{bounded_magnitude(wrap(std::int64_t{choice.value} - predicted))} -
@@ -324,7 +319,7 @@ class TrackQuantizer {
                         expected = 512 * std::int64_t{around.past[0]} / 2 + 256;
                     }
                     RateModel::Choice choice =
-                        rates_.choose(values(begin + j, axis), predicted, RateModel::class_of(expected + 8));
+                        rates_.choose(values(begin + j, axis), predicted, expectation_class(expected + 8));
                     out[begin + j] = choice.value;
                     sizes_.set(axis, j, wrap(std::int64_t{choice.value} - predicted));
                     if (begin + j > 0) cost += choice.cost;
@@ -335,7 +330,7 @@ class TrackQuantizer {
     }
 
     std::int64_t frame_count_;
-    BlockSizeClasses sizes_;
+    BlockSizes sizes_;
     MeanPrediction predict_mean_;
     const RateModel& rates_;
 };

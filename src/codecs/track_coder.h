@@ -74,7 +74,7 @@ class TrackCoder {
     void code_blocks(BitCoder& coder, TrackLevels& track, std::size_t rank);
 
     std::int64_t frame_count_;
-    std::array<AdaptiveBit, kTrackForms> forms_;
+    AdaptiveNumber forms_{kTrackForms - 1};
     MixedIntegers transformed_, first_, stepped_;
     MeanPrediction predict_mean_;
 };

@@ -161,6 +161,16 @@ bool code_bit(BitCoder& coder, AdaptiveBit& context, bool bit) {
     return bit;
 }
 
+AdaptiveNumber::AdaptiveNumber(std::uint32_t largest)
+    : digits_(static_cast<int>(std::bit_width(largest))), bits_(std::size_t{1} << digits_) {}
+
+std::uint32_t AdaptiveNumber::code(BitCoder& coder, std::uint32_t value) {
+    std::size_t node = 1;
+    for (int k = digits_; k-- > 0;)
+        node = 2 * node + (code_bit(coder, bits_[node], ((value >> k) & 1) != 0) ? 1 : 0);
+    return static_cast<std::uint32_t>(node - bits_.size());
+}
+
 std::uint64_t AdaptiveCount::code(BitCoder& coder, std::uint64_t value) {
     // value + 1 has `digits` binary digits behind its leading one.
     const int wanted = static_cast<int>(std::bit_width(value + 1)) - 1;

@@ -118,6 +118,19 @@ class AdaptiveCount {
     std::array<std::array<AdaptiveBit, 4>, kMostDigits> leading_;
 };
 
+/// Numbers of a fixed count of digits, such as choices among a few, in one context: digit by digit, each
+/// after those before it.
+class AdaptiveNumber {
+ public:
+    /// largest: of the numbers. A corrupt stream may give any of as many digits.
+    explicit AdaptiveNumber(std::uint32_t largest);
+    std::uint32_t code(BitCoder& coder, std::uint32_t value);
+
+ private:
+    int digits_;
+    std::vector<AdaptiveBit> bits_;
+};
+
 /// One bit in one context.
 bool code_bit(BitCoder& coder, AdaptiveBit& context, bool bit);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "kernels/mesh_topology.h"
 #include "kernels/signal_order.h"
 
 namespace batchenc {
@@ -74,6 +75,15 @@ std::vector<FieldOrder> FieldOrder::of(const MeshTopology& mesh, std::span<const
         order.first_neighbour.push_back(static_cast<std::int32_t>(order.neighbours.size()));
     }
     return orders;
+}
+
+FieldOrder FieldOrder::of_whole(const MeshTopology& mesh) {
+    const std::vector<std::int32_t> one_cluster(static_cast<std::size_t>(mesh.vertex_count()), 0);
+    if (mesh.is_points()) {
+        const std::vector<float> nowhere(3 * one_cluster.size(), 0.0f);  // leaves the order of the file
+        return std::move(along_curve(nowhere, one_cluster, 1)[0]);
+    }
+    return std::move(of(mesh, one_cluster, 1)[0]);
 }
 
 std::vector<FieldOrder> FieldOrder::along_curve(std::span<const float> points,

@@ -5,9 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "kernels/mesh_topology.h"
+#include "kernels/mesh_traversal.h"
 
 namespace batchenc {
+
+class MeshTopology;
 
 /// The vertices of one cluster in the order in which fields over them are coded, and from what each value may
 /// be predicted: parallelograms and neighbours inside the cluster that come before it. A function of what
@@ -29,6 +31,9 @@ struct FieldOrder {
     /// Of every cluster, in the order of the mesh's traversal. labels: V values, 0 … cluster_count - 1.
     static std::vector<FieldOrder> of(const MeshTopology& mesh, std::span<const std::int32_t> labels,
                                       std::int32_t cluster_count);
+    /// Of all vertices of a mesh or of points as one cluster; points stand as the file has them. MeshTopology
+    /// keeps it.
+    static FieldOrder of_whole(const MeshTopology& mesh);
     /// Of points: along a Hilbert curve, each the neighbour of the next two. points: 3 × V.
     static std::vector<FieldOrder> along_curve(std::span<const float> points,
                                                std::span<const std::int32_t> labels,

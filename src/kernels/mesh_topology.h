@@ -8,6 +8,7 @@
 
 #include "core/mesh_sequence.h"
 #include "kernels/cluster_traversal.h"
+#include "kernels/field_order.h"
 #include "kernels/mesh_traversal.h"
 #include "kernels/surface.h"
 
@@ -35,6 +36,10 @@ class MeshTopology {
                        [this] { traversal_ = MeshTraversal::of(triangles_, vertex_count_); });
         return traversal_;
     }
+    const FieldOrder& field_order() const {
+        std::call_once(field_order_once_, [this] { field_order_ = FieldOrder::of_whole(*this); });
+        return field_order_;
+    }
     /// The triangles glued, with the traversal's places for vertices.
     const Surface& surface() const {
         std::call_once(surface_once_, [this] { surface_ = Surface::of(traversal().in_places(triangles_)); });
@@ -47,10 +52,11 @@ class MeshTopology {
  private:
     std::vector<Triangle> triangles_;
     std::int64_t vertex_count_;
-    mutable std::once_flag adjacency_once_, traversal_once_, surface_once_;
+    mutable std::once_flag adjacency_once_, traversal_once_, surface_once_, field_order_once_;
     mutable MeshAdjacency adjacency_;
     mutable MeshTraversal traversal_;
     mutable Surface surface_;
+    mutable FieldOrder field_order_;
     Surface no_surface_;
 };
 

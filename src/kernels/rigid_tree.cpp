@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "kernels/steady_math.h"
+#include "kernels/vector3.h"
 
 namespace batchenc {
 namespace {
@@ -63,10 +64,7 @@ double motion_against(const RigidBody& body, const BodyTrack* parent) {
 
 }  // namespace
 
-Vector BodyMotion::apply(const Vector& rest) const {
-    const Vector turned = rotate(rotation, rest);
-    return {turned[0] + translation[0], turned[1] + translation[1], turned[2] + translation[2]};
-}
+Vector BodyMotion::apply(const Vector& rest) const { return plus(rotate(rotation, rest), translation); }
 
 BodyMotion BodyMotion::after(const BodyMotion& first) const {
     return {turn_columns(first.rotation, [&](const Vector& v) { return rotate(rotation, v); }),
@@ -74,16 +72,25 @@ BodyMotion BodyMotion::after(const BodyMotion& first) const {
 }
 
 BodyMotion BodyMotion::relative_to(const BodyMotion& parent) const {
-    const Vector moved = {translation[0] - parent.translation[0], translation[1] - parent.translation[1],
-                          translation[2] - parent.translation[2]};
     return {turn_columns(rotation, [&](const Vector& v) { return rotate_back(parent.rotation, v); }),
-            rotate_back(parent.rotation, moved)};
+            rotate_back(parent.rotation, minus(translation, parent.translation))};
 }
 
 BodyMotion BodyMotion::moved_by(const std::array<float, 3>& way) const {
     BodyMotion moved = *this;
-    for (std::size_t axis = 0; axis < 3; ++axis) moved.translation[axis] += static_cast<double>(way[axis]);
+    moved.translation = plus(translation, {way[0], way[1], way[2]});
     return moved;
+}
+
+BodyMotion BodyMotion::of(const LocalFrameTrack& track, std::int64_t frame) {
+    BodyMotion motion;
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 3; ++column)
+            motion.rotation[3 * row + column] =
+                static_cast<double>(track.row(static_cast<int>(3 * column + row))[frame]);
+        motion.translation[row] = static_cast<double>(track.row(static_cast<int>(9 + row))[frame]);
+    }
+    return motion;
 }
 
 LocalFrame BodyMotion::local_frame() const {
@@ -97,7 +104,7 @@ LocalFrame BodyMotion::local_frame() const {
 }
 
 Rotation rotation_of(const Vector& v) {
-    const double angle = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const double angle = norm(v);
     if (!(angle > 0.0 && angle < 1e6)) return Rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};
     constexpr double kTurn = 2.0 * std::numbers::pi;
     const UnitVector unit = unit_vector(angle - kTurn * std::floor(angle / kTurn));
@@ -117,11 +124,11 @@ Vector rotation_vector(const Rotation& rotation, const Vector& near) {
     const Eigen::AngleAxisd turn(matrix);
     double angle = turn.angle();
     Vector axis = {turn.axis()[0], turn.axis()[1], turn.axis()[2]};
-    const double along = axis[0] * near[0] + axis[1] * near[1] + axis[2] * near[2];
+    const double along = dot(axis, near);
     // A rotation by nothing is one by whole turns about any axis: stay near the last.
     constexpr double kTurn = 2.0 * std::numbers::pi;
     angle += kTurn * std::floor((along - angle) / kTurn + 0.5);
-    return {axis[0] * angle, axis[1] * angle, axis[2] * angle};
+    return times(angle, axis);
 }
 
 RigidTree RigidTree::of(std::span<const RigidBody> bodies) {

@@ -22,7 +22,9 @@ struct BodyMotion {
     BodyMotion relative_to(const BodyMotion& parent) const;
     /// This motion, and a way after it.
     BodyMotion moved_by(const std::array<float, 3>& way) const;
-    /// q = T (p - o) with places at rest for q.
+    /// p = Tᵀ q + o with the LCF of a frame, and local coordinates q for places at rest.
+    static BodyMotion of(const LocalFrameTrack& track, std::int64_t frame);
+    /// The way back: q = T (p - o).
     LocalFrame local_frame() const;
 };
 using BodyTrack = std::vector<BodyMotion>;  ///< one motion a frame

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -50,6 +51,35 @@ inline MeshSequence synthetic(const char* kind, std::int64_t vertices, std::int6
 
 inline MeshSequence walker(std::int64_t vertices, std::int64_t frames) {
     return synthetic("walker", vertices, frames);
+}
+
+/// Some ranges of frames must be what the whole clip has there, and others refused. clip: of 37 frames.
+inline void expect_any_range_decodes(std::span<const std::uint8_t> bytes, const MeshSequence& clip) {
+    const SerialExecutor serial;
+    ASSERT_EQ(clip.frame_count, 37);
+    const MeshSequence whole = decode(clip, bytes);
+    const auto decoded = decode_clip(bytes, clip.triangles, -1, kLimit, serial);
+    ASSERT_TRUE(decoded);
+    for (const auto& [begin, end] : {std::pair<std::int64_t, std::int64_t>{0, 1},
+                                     {1, 2},
+                                     {3, 4},
+                                     {5, 21},
+                                     {8, 16},
+                                     {16, 18},
+                                     {30, 37},
+                                     {36, 37},
+                                     {7, 7}}) {
+        std::vector<float> part(static_cast<std::size_t>((end - begin) * clip.vertex_count * 3));
+        ASSERT_TRUE((*decoded)->reconstruct(begin, {part.data(), end - begin, clip.vertex_count}, serial));
+        const auto first = whole.positions.begin() + begin * clip.vertex_count * 3;
+        EXPECT_TRUE(std::equal(part.begin(), part.end(), first)) << begin << " to " << end;
+    }
+    std::vector<float> part(static_cast<std::size_t>(3 * clip.vertex_count * 2));
+    const auto outside = (*decoded)->reconstruct(36, {part.data(), 2, clip.vertex_count}, serial);
+    ASSERT_FALSE(outside);
+    EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange);
+    EXPECT_FALSE((*decoded)->reconstruct(-1, {part.data(), 1, clip.vertex_count}, serial));
+    EXPECT_FALSE((*decoded)->reconstruct(0, {part.data(), 1, clip.vertex_count - 1}, serial));
 }
 
 /// Root of the mean squared distance of the vertices.

@@ -48,7 +48,7 @@ Scene make_scene(double noise) {
             track[f].rotation = rotation_of({0.3 * i, 0.1 * static_cast<double>(f), -0.2});
         scene.tracks.push_back(track);
     }
-    scene.order = shape_order(MeshTopology(scene.source.triangles, vertices));
+    scene.order = FieldOrder::of_whole(MeshTopology(scene.source.triangles, vertices));
     return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "kernels/mesh_topology.h"
 #include "tests/support/sample_clips.h"
 
 namespace batchenc {

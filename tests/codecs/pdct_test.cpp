@@ -124,21 +124,7 @@ TEST(Pdct, DecodesAnyRangeOfFrames) {
                                        {3, 10, kTemporal, 5, kRd, 1.0},
                                        {3, 10, kTemporal, 20, kFixed, 1.0}}) {
             const EncodedClip encoded = encode(clip, setting);
-            const MeshSequence whole = decode(clip, encoded.bitstream);
-            const auto decoded = decode_clip(encoded.bitstream, clip.triangles, -1, kLimit, kSerial);
-            ASSERT_TRUE(decoded);
-            for (const auto& [begin, end] :
-                 {std::pair<std::int64_t, std::int64_t>{0, 1}, {1, 2}, {5, 21}, {16, 18}, {30, 37}, {7, 7}}) {
-                std::vector<float> part(static_cast<std::size_t>((end - begin) * clip.vertex_count * 3));
-                ASSERT_TRUE(
-                    (*decoded)->reconstruct(begin, {part.data(), end - begin, clip.vertex_count}, kSerial));
-                const auto first = whole.positions.begin() + begin * clip.vertex_count * 3;
-                EXPECT_TRUE(std::equal(part.begin(), part.end(), first)) << begin << " to " << end;
-            }
-            std::vector<float> part(static_cast<std::size_t>(3 * clip.vertex_count * 2));
-            const auto outside = (*decoded)->reconstruct(36, {part.data(), 2, clip.vertex_count}, kSerial);
-            ASSERT_FALSE(outside);
-            EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange);
+            test::expect_any_range_decodes(encoded.bitstream, clip);
         }
     }
 }

@@ -153,28 +153,7 @@ TEST(Rlpca, DecodesAnyRangeOfFrames) {
     const MeshSequence clip = test::sheet(9, 8, 37);
     for (const auto space : {CoordinateSpace::kLocal, CoordinateSpace::kWorld}) {
         const EncodedClip encoded = encode(clip, {3, 5, 12, space});
-        const MeshSequence whole = decode(clip, encoded.bitstream);
-        const auto decoded = decode_clip(encoded.bitstream, clip.triangles, -1, kLimit, kSerial);
-        ASSERT_TRUE(decoded);
-        for (const auto& [begin, end] : {std::pair<std::int64_t, std::int64_t>{0, 1},
-                                         {3, 4},
-                                         {5, 21},
-                                         {8, 16},
-                                         {30, 37},
-                                         {36, 37},
-                                         {7, 7}}) {
-            std::vector<float> part(static_cast<std::size_t>((end - begin) * clip.vertex_count * 3));
-            ASSERT_TRUE(
-                (*decoded)->reconstruct(begin, {part.data(), end - begin, clip.vertex_count}, kSerial));
-            const auto first = whole.positions.begin() + begin * clip.vertex_count * 3;
-            EXPECT_TRUE(std::equal(part.begin(), part.end(), first)) << begin << " to " << end;
-        }
-        std::vector<float> part(static_cast<std::size_t>(3 * clip.vertex_count * 2));
-        const auto outside = (*decoded)->reconstruct(36, {part.data(), 2, clip.vertex_count}, kSerial);
-        ASSERT_FALSE(outside);
-        EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange);
-        EXPECT_FALSE((*decoded)->reconstruct(-1, {part.data(), 1, clip.vertex_count}, kSerial));
-        EXPECT_FALSE((*decoded)->reconstruct(0, {part.data(), 1, clip.vertex_count - 1}, kSerial));
+        test::expect_any_range_decodes(encoded.bitstream, clip);
     }
 }
 

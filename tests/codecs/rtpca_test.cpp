@@ -142,22 +142,7 @@ TEST(Rtpca, DecodesAnyRangeOfFrames) {
     for (const bool points : {false, true}) {
         if (points) clip.triangles.clear();
         for (const CodecParameters& parameters : {at_step(1e-2), at_step(1e-5), bounded}) {
-            const auto bytes = encode(clip, 3, parameters);
-            const MeshSequence whole = decode(clip, bytes);
-            const auto decoded = decode_clip(bytes, clip.triangles, -1, kLimit, kSerial);
-            ASSERT_TRUE(decoded);
-            for (const auto& [begin, end] :
-                 {std::pair<std::int64_t, std::int64_t>{0, 1}, {1, 2}, {5, 21}, {16, 18}, {30, 37}, {7, 7}}) {
-                std::vector<float> part(static_cast<std::size_t>((end - begin) * clip.vertex_count * 3));
-                ASSERT_TRUE(
-                    (*decoded)->reconstruct(begin, {part.data(), end - begin, clip.vertex_count}, kSerial));
-                const auto first = whole.positions.begin() + begin * clip.vertex_count * 3;
-                EXPECT_TRUE(std::equal(part.begin(), part.end(), first)) << begin << " to " << end;
-            }
-            std::vector<float> part(static_cast<std::size_t>(3 * clip.vertex_count * 2));
-            const auto outside = (*decoded)->reconstruct(36, {part.data(), 2, clip.vertex_count}, kSerial);
-            ASSERT_FALSE(outside);
-            EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange);
+            test::expect_any_range_decodes(encode(clip, 3, parameters), clip);
         }
     }
 }

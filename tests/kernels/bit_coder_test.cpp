@@ -308,5 +308,24 @@ TEST(AdaptiveCount, GivesBoundedValuesForAnyBytes) {
     }
 }
 
+TEST(AdaptiveNumber, RoundTripsAndLearns) {
+    for (const std::uint32_t largest : {1u, 4u, 7u, 1000u}) {
+        const auto pass = [largest](BitCoder coder) {
+            AdaptiveNumber number(largest);
+            for (std::uint32_t k = 0; k < 500; ++k) {
+                const std::uint32_t value = k % 10 == 0 ? k % (largest + 1) : largest;
+                EXPECT_EQ(number.code(coder, coder.is_decoder() ? 0 : value), value) << largest << " " << k;
+            }
+            if (coder.is_decoder()) {
+                EXPECT_TRUE(coder.check_end().has_value());
+            }
+            return coder.is_decoder() ? std::vector<std::uint8_t>() : coder.finish();
+        };
+        const std::vector<std::uint8_t> bytes = pass(BitCoder());
+        EXPECT_LT(bytes.size(), 250u);
+        pass(BitCoder(bytes));
+    }
+}
+
 }  // namespace
 }  // namespace batchenc

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "kernels/mesh_topology.h"
 #include "kernels/signal_order.h"
 #include "tests/support/sample_clips.h"
 
