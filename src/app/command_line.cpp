@@ -161,8 +161,10 @@ struct Parser {
         command->add_option("-o,--output", decode.output, "Clip to be written (HDF5)")->required();
         add_frames_option(*command, decode.frames);
         command
-            ->add_option("--components", decode.components,
-                         "Use only the first so many principal components of each cluster")
+            ->add_option(
+                "--components", decode.components,
+                "Use only the first so many principal components: of each cluster, with rtpca of all "
+                "clusters together")
             ->check(CLI::Range(1, 4096));
         command->add_flag("--overwrite", decode.overwrite, "Replace a clip that exists");
         command->footer(

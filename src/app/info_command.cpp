@@ -35,20 +35,45 @@ nlohmann::json to_json(const SectionBytes& bytes) {
             {"basis", bytes.basis},     {"coefficients", bytes.coefficients}, {"residuals", bytes.residuals}};
 }
 
+/// What a stream says of its coder's parameters: of each coder those that it has.
 nlohmann::json to_json(const CodecParameters& parameters) {
-    if (parameters.method == CodecMethod::kStatic)
-        return {{"method", to_name(parameters.method)}, {"bits", parameters.bits}};
-    if (parameters.method == CodecMethod::kRtpca) {
-        return {{"method", to_name(parameters.method)},
-                {"step", parameters.step},
-                {"max_error", parameters.max_error}};
+    nlohmann::json json = {{"method", to_name(parameters.method)}};
+    switch (parameters.method) {
+        case CodecMethod::kStatic:
+            json["bits"] = parameters.bits;
+            return json;
+        case CodecMethod::kSplitcoder:
+            json.update({{"predictor", to_name(parameters.predictor)},
+                         {"normal", to_name(parameters.normal)},
+                         {"max_error", parameters.max_error}});
+            return json;
+        case CodecMethod::kPdct:
+            json.update({{"bits", parameters.bits},
+                         {"intra_bits", parameters.intra_bits},
+                         {"frame_bits", parameters.frame_bits},
+                         {"transform", to_name(parameters.transform)}});
+            if (parameters.transform == PdctTransform::kTemporal) json["block"] = parameters.block;
+            return json;
+        case CodecMethod::kRtpca:
+            json.update({{"step", parameters.step}, {"max_error", parameters.max_error}});
+            return json;
+        case CodecMethod::kRlpca:
+        case CodecMethod::kOrlpca:
+            json.update({{"space", to_name(parameters.space)},
+                         {"components", parameters.components},
+                         {"basis_bits", parameters.basis_bits},
+                         {"coefficient_bits", parameters.coefficient_bits},
+                         {"frame_bits", parameters.frame_bits}});
+            return json;
+        default:  // baselines
+            json.update({{"bits", parameters.bits},
+                         {"components", parameters.components},
+                         {"basis_bits", parameters.basis_bits},
+                         {"coefficient_bits", parameters.coefficient_bits},
+                         {"lpc_order", parameters.lpc_order},
+                         {"predictor", to_name(parameters.predictor)}});
+            return json;
     }
-    return {{"method", to_name(parameters.method)},
-            {"space", to_name(parameters.space)},
-            {"components", parameters.components},
-            {"basis_bits", parameters.basis_bits},
-            {"coefficient_bits", parameters.coefficient_bits},
-            {"frame_bits", parameters.frame_bits}};
 }
 
 nlohmann::json to_json(const CodedClip& clip) {

@@ -22,9 +22,13 @@ int run_command(const VerifyOptions& options, const CommonOptions& common, const
         return exit_code_of(report.error());
     }
     fmt::print("{:<20} {:>18} {:>18}\n", "", "recorded", "measured");
-    for (const VerifiedFigure& figure : report->figures)
-        fmt::print("{:<20} {:>18.10g} {:>18.10g}  {}\n", figure.name, figure.recorded, figure.measured,
-                   figure.agrees ? "agrees" : "DIFFERS");
+    for (const VerifiedFigure& figure : report->figures) {
+        if (figure.is_recorded)
+            fmt::print("{:<20} {:>18.10g} {:>18.10g}  {}\n", figure.name, figure.recorded, figure.measured,
+                       figure.agrees ? "agrees" : "DIFFERS");
+        else
+            fmt::print("{:<20} {:>18} {:>18.10g}\n", figure.name, "-", figure.measured);
+    }
     fmt::print("{:<20} {:>18} {:>18}  {}\n", "triangles", "", "",
                report->same_triangles ? "agree" : "DIFFER");
     if (report->agrees()) return kExitDone;

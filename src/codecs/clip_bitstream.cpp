@@ -14,8 +14,8 @@ constexpr std::uint64_t kMaxVertices = (std::uint64_t{1} << 31) - 1;
 constexpr std::uint64_t kMaxFrames = (std::uint64_t{1} << 31) - 1;
 
 bool is_method(std::uint8_t value) {
-    return value >= static_cast<std::uint8_t>(CodecMethod::kStatic) &&
-           value <= static_cast<std::uint8_t>(CodecMethod::kRtpca);
+    const auto method = static_cast<CodecMethod>(value);
+    return method != CodecMethod::kAuto && is_available(method);
 }
 
 }  // namespace

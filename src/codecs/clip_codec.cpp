@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "codecs/baselines/baselines.h"
 #include "codecs/clip_bitstream.h"
 #include "codecs/orlpca.h"
 #include "codecs/pdct.h"
@@ -52,7 +53,8 @@ Expected<EncodedClip> encode_with(PositionsView positions, const MeshTopology& m
         case CodecMethod::kRtpca:
             return encode_rtpca(positions, mesh, segmentation, parameters, executor);
         default:
-            return unknown_method(parameters.method);
+            if (!is_baseline(parameters.method)) return unknown_method(parameters.method);
+            return encode_baseline(positions, mesh, segmentation, parameters, executor);
     }
 }
 
@@ -70,7 +72,8 @@ Expected<ClipInfo> read_info(const ClipBitstream& clip) {
         case CodecMethod::kRtpca:
             return read_rtpca_info(clip);
         default:
-            return unknown_method(clip.method);
+            if (!is_baseline(clip.method)) return unknown_method(clip.method);
+            return read_baseline_info(clip);
     }
 }
 
@@ -192,7 +195,8 @@ Expected<std::unique_ptr<DecodedClip>> decode_clip(std::span<const std::uint8_t>
         case CodecMethod::kRtpca:
             return decode_rtpca(*clip, mesh, components, size_limit_bytes, executor);
         default:
-            return unknown_method(clip->method);
+            if (!is_baseline(clip->method)) return unknown_method(clip->method);
+            return decode_baseline(*clip, mesh, components, size_limit_bytes, executor);
     }
 }
 

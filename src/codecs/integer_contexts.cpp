@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "kernels/temporal_series.h"
+#include "kernels/predecessor_prediction.h"
 
 namespace batchenc {
 namespace {
@@ -40,6 +40,17 @@ int decode_class(RangeDecoder& decoder, ScaleContexts& contexts) {
     return contexts.last_class;
 }
 
+/// Weighted sum of the values before t, rounded; see encode_fitted.
+std::int32_t predict_fitted(std::span<const std::int32_t> series, std::size_t t,
+                            std::span<const float> weights) {
+    if (t < weights.size()) return t == 0 ? 0 : series[t - 1];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < weights.size(); ++k)
+        sum += static_cast<double>(weights[k]) * static_cast<double>(series[t - 1 - k]);
+    constexpr double kLargest = 1 << 30;  // beyond it only corrupt streams are
+    return static_cast<std::int32_t>(std::clamp(std::floor(sum + 0.5), -kLargest, kLargest));
+}
+
 }  // namespace
 
 int ScaleContexts::class_of(double mean_magnitude) {
@@ -52,8 +63,9 @@ IntegerModel& ScaleContexts::make(std::size_t scale_class) {
     return *models_[scale_class];
 }
 
-void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series) {
-    const TemporalChoice choice = choose_temporal_order(series);
+void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series,
+                   int most_order) {
+    const TemporalChoice choice = choose_temporal_order(series, most_order);
     const int scale_class = ScaleContexts::class_of(choice.mean_magnitude);
     encoder.encode(contexts.scales.choice, choice.order);
     encode_class(encoder, contexts.scales, scale_class);
@@ -75,6 +87,49 @@ bool decode_series(RangeDecoder& decoder, SeriesContexts& contexts, std::span<st
         IntegerModel& context = t < order ? contexts.starts[static_cast<std::size_t>(t)] : model;
         series[static_cast<std::size_t>(t)] =
             wrapping_sum(predict_temporal(series.data(), t, order), decoder.decode(context));
+    }
+    return true;
+}
+
+std::vector<float> fit_weights(std::span<const std::int32_t> series, int order) {
+    // Sums over t of x_{t-a} x_{t-b}.
+    std::array<std::array<double, 3>, 3> sums{};
+    for (std::size_t t = static_cast<std::size_t>(order); t < series.size(); ++t) {
+        for (std::size_t a = 0; a <= static_cast<std::size_t>(order); ++a) {
+            for (std::size_t b = 0; b <= a; ++b)
+                sums[a][b] += static_cast<double>(series[t - a]) * static_cast<double>(series[t - b]);
+        }
+    }
+    const double first = sums[1][1] > 0.0 ? sums[1][0] / sums[1][1] : 0.0;
+    if (order == 1) return {static_cast<float>(first)};
+    const double determinant = sums[1][1] * sums[2][2] - sums[2][1] * sums[2][1];
+    if (!(determinant > 1e-9 * sums[1][1] * sums[2][2])) return {static_cast<float>(first), 0.0f};
+    return {static_cast<float>((sums[1][0] * sums[2][2] - sums[2][0] * sums[2][1]) / determinant),
+            static_cast<float>((sums[2][0] * sums[1][1] - sums[1][0] * sums[2][1]) / determinant)};
+}
+
+void encode_fitted(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const float> weights,
+                   std::span<const std::int32_t> series) {
+    std::vector<std::int32_t> residuals(series.size());
+    std::int64_t sum = 0;
+    for (std::size_t t = 0; t < series.size(); ++t) {
+        residuals[t] = series[t] - predict_fitted(series, t, weights);
+        if (t >= weights.size()) sum += std::abs(std::int64_t{residuals[t]});
+    }
+    const auto predicted = static_cast<double>(std::max(series.size(), weights.size() + 1) - weights.size());
+    const int scale_class = ScaleContexts::class_of(static_cast<double>(sum) / predicted);
+    encode_class(encoder, contexts.scales, scale_class);
+    IntegerModel& model = contexts.scales.of(scale_class);
+    for (std::size_t t = 0; t < series.size(); ++t)
+        encoder.encode(t < weights.size() ? contexts.starts[t] : model, residuals[t]);
+}
+
+bool decode_fitted(RangeDecoder& decoder, SeriesContexts& contexts, std::span<const float> weights,
+                   std::span<std::int32_t> series) {
+    IntegerModel& model = contexts.scales.of(decode_class(decoder, contexts.scales));
+    for (std::size_t t = 0; t < series.size(); ++t) {
+        const std::int32_t residual = decoder.decode(t < weights.size() ? contexts.starts[t] : model);
+        series[t] = wrapping_sum(predict_fitted(series, t, weights), residual);
     }
     return true;
 }

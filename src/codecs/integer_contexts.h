@@ -9,6 +9,7 @@
 
 #include "kernels/cluster_traversal.h"
 #include "kernels/range_coder.h"
+#include "kernels/temporal_series.h"
 
 namespace batchenc {
 
@@ -54,11 +55,36 @@ struct SeriesContexts {
                                           IntegerModel(30.0)};  ///< of the first values
 };
 
-/// Codes one series along time: the best prediction order, the residuals' scale, the residuals (see
-/// kernels/temporal_series.h).
-void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series);
+/// Codes one series along time: the best prediction order up to most_order, the residuals' scale, the
+/// residuals (see kernels/temporal_series.h).
+void encode_series(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const std::int32_t> series,
+                   int most_order = kMaxTemporalOrder);
 /// The way back; false when the stream is seen to be corrupt (the caller's finish() finds the rest).
 bool decode_series(RangeDecoder& decoder, SeriesContexts& contexts, std::span<std::int32_t> series);
+
+/// How series are predicted along time: by differences of the best order up to most_order, or, where fitted
+/// is not 0, by a weighted sum of so many values before, whose weights are fitted to each series and sent.
+struct SeriesForm {
+    int most_order = kMaxTemporalOrder;
+    int fitted = 0;
+
+    /// Those of series `index` among weights of many.
+    std::span<const float> weights_of(const std::vector<float>& weights, std::int64_t index) const {
+        const auto count = static_cast<std::size_t>(fitted);
+        return std::span(weights).subspan(static_cast<std::size_t>(index) * count, count);
+    }
+};
+
+/// Weights w for which the sum of (x_t - w_1 x_{t-1} - … - w_order x_{t-order})² is smallest. order: 1 or 2.
+std::vector<float> fit_weights(std::span<const std::int32_t> series, int order);
+/// Codes one series, each value against the weighted sum of those before it, rounded; the first not
+/// predicted, those without enough before them against the one before. The arithmetic is double precision's
+/// in a fixed order. weights: finite. series: at most 2^20 in magnitude.
+void encode_fitted(RangeEncoder& encoder, SeriesContexts& contexts, std::span<const float> weights,
+                   std::span<const std::int32_t> series);
+/// The way back; a corrupt stream gives some values.
+bool decode_fitted(RangeDecoder& decoder, SeriesContexts& contexts, std::span<const float> weights,
+                   std::span<std::int32_t> series);
 
 /// Codes one column of a basis, three values a vertex in the traversal's order: plain, or each value against
 /// the mean of its predecessors over the mesh, whichever is smaller. column: 3n levels, at most 2^20 in

@@ -8,6 +8,7 @@
 #include "codecs/pdct_layout.h"
 #include "codecs/static_coder.h"
 #include "kernels/byte_stream.h"
+#include "kernels/predecessor_prediction.h"
 #include "kernels/signal_order.h"
 #include "kernels/temporal_series.h"
 

@@ -13,6 +13,7 @@
 #include "codecs/static_coder.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
+#include "kernels/predecessor_prediction.h"
 #include "kernels/signal_order.h"
 #include "kernels/temporal_series.h"
 

@@ -73,8 +73,13 @@ void encode_basis(RangeEncoder& encoder, ScaleContexts& contexts, const CodedClu
 
 /// Codes one component's coefficients.
 void encode_coefficients(RangeEncoder& encoder, SeriesContexts& contexts, const CodedCluster& cluster,
-                         std::size_t component) {
-    encode_series(encoder, contexts, part_of(cluster.coefficients, cluster.component_count, component));
+                         std::size_t component, const SeriesForm& form = {},
+                         std::span<const float> weights = {}) {
+    const auto series = part_of(cluster.coefficients, cluster.component_count, component);
+    if (form.fitted > 0)
+        encode_fitted(encoder, contexts, weights, series);
+    else
+        encode_series(encoder, contexts, series, form.most_order);
 }
 
 /// Numbers of values of each cluster, by which they are dealt to streams.
@@ -84,47 +89,6 @@ std::vector<std::int64_t> value_counts(const std::vector<CodedCluster>& coded,
     for (const CodedCluster& cluster : coded)
         counts.push_back(static_cast<std::int64_t>((cluster.*levels).size()));
     return counts;
-}
-
-std::vector<std::uint8_t> basis_section(const std::vector<CodedCluster>& coded, const RlpcaLayout& layout,
-                                        const Executor& executor) {
-    ByteWriter out;
-    for (const CodedCluster& cluster : coded) {
-        out.put_varint(static_cast<std::uint64_t>(cluster.component_count));
-        if (cluster.component_count == 0) continue;
-        out.put(cluster.basis_quantizer.low);
-        out.put(cluster.basis_quantizer.step);
-    }
-    append_streams(out, deal_streams(value_counts(coded, &CodedCluster::basis)), executor,
-                   [&](const std::vector<std::int32_t>& clusters) {
-                       RangeEncoder encoder;
-                       ScaleContexts contexts;
-                       for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
-                           encode_basis(encoder, contexts, coded[i], layout.clusters[i], l);
-                       });
-                       return encoder.finish();
-                   });
-    return out.take();
-}
-
-std::vector<std::uint8_t> coefficients_section(const std::vector<CodedCluster>& coded,
-                                               const Executor& executor) {
-    ByteWriter out;
-    for (const CodedCluster& cluster : coded) {
-        if (cluster.component_count == 0) continue;
-        out.put(cluster.coefficient_quantizer.low);
-        out.put(cluster.coefficient_quantizer.step);
-    }
-    append_streams(out, deal_streams(value_counts(coded, &CodedCluster::coefficients)), executor,
-                   [&](const std::vector<std::int32_t>& clusters) {
-                       RangeEncoder encoder;
-                       SeriesContexts contexts;
-                       for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
-                           encode_coefficients(encoder, contexts, coded[i], l);
-                       });
-                       return encoder.finish();
-                   });
-    return out.take();
 }
 
 Expected<RlpcaHeader> make_header(PositionsView positions, const CodecParameters& parameters,
@@ -175,6 +139,57 @@ Expected<CodedCluster> quantize_cluster(const ColMajorMatrixXf& matrix, ColMajor
         coded.component_count = useful;
     }
     return CodedCluster{};
+}
+
+std::vector<std::uint8_t> basis_section(const std::vector<CodedCluster>& coded, const RlpcaLayout& layout,
+                                        const Executor& executor) {
+    ByteWriter out;
+    for (const CodedCluster& cluster : coded) {
+        out.put_varint(static_cast<std::uint64_t>(cluster.component_count));
+        if (cluster.component_count == 0) continue;
+        out.put(cluster.basis_quantizer.low);
+        out.put(cluster.basis_quantizer.step);
+    }
+    append_streams(out, deal_streams(value_counts(coded, &CodedCluster::basis)), executor,
+                   [&](const std::vector<std::int32_t>& clusters) {
+                       RangeEncoder encoder;
+                       ScaleContexts contexts;
+                       for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
+                           encode_basis(encoder, contexts, coded[i], layout.clusters[i], l);
+                       });
+                       return encoder.finish();
+                   });
+    return out.take();
+}
+
+std::vector<std::uint8_t> coefficients_section(const std::vector<CodedCluster>& coded, const SeriesForm& form,
+                                               const Executor& executor) {
+    ByteWriter out;
+    std::vector<std::vector<float>> weights(coded.size());
+    for (std::size_t i = 0; i < coded.size(); ++i) {
+        if (coded[i].component_count == 0) continue;
+        out.put(coded[i].coefficient_quantizer.low);
+        out.put(coded[i].coefficient_quantizer.step);
+        for (std::int64_t l = 0; l < coded[i].component_count && form.fitted > 0; ++l) {
+            const auto fitted = fit_weights(
+                part_of(coded[i].coefficients, coded[i].component_count, static_cast<std::size_t>(l)),
+                form.fitted);
+            weights[i].insert(weights[i].end(), fitted.begin(), fitted.end());
+        }
+        for (const float weight : weights[i]) out.put(weight);
+    }
+    append_streams(out, deal_streams(value_counts(coded, &CodedCluster::coefficients)), executor,
+                   [&](const std::vector<std::int32_t>& clusters) {
+                       RangeEncoder encoder;
+                       SeriesContexts contexts;
+                       for_each_component(coded, clusters, [&](std::size_t i, std::size_t l) {
+                           const auto weights_of_l =
+                               form.weights_of(weights[i], static_cast<std::int64_t>(l));
+                           encode_coefficients(encoder, contexts, coded[i], l, form, weights_of_l);
+                       });
+                       return encoder.finish();
+                   });
+    return out.take();
 }
 
 std::vector<std::vector<double>> component_bits(const std::vector<CodedCluster>& coded,
@@ -251,7 +266,7 @@ std::vector<std::uint8_t> RlpcaSource::write(CodecMethod method, std::int32_t mo
     sections.emplace_back(SectionId::kSegmentation, segmentation_section_);
     sections.emplace_back(SectionId::kFrames, frames_section_);
     sections.emplace_back(SectionId::kBasis, basis_section(coded, layout_, executor));
-    sections.emplace_back(SectionId::kCoefficients, coefficients_section(coded, executor));
+    sections.emplace_back(SectionId::kCoefficients, coefficients_section(coded, {}, executor));
     return write_clip_bitstream(method, positions_.vertex_count(), positions_.frame_count(), sections);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "codecs/clip_bitstream.h"
+#include "codecs/integer_contexts.h"
 #include "codecs/rlpca_layout.h"
 #include "codecs/segmentation.h"
 #include "core/error.h"
@@ -36,6 +37,12 @@ Expected<ColMajorMatrixXf> principal_components(const ColMajorMatrixXf& matrix, 
 /// matrix: 3n × F. components: 3n × L, by principal_components. Error: kLimit, beyond what float32 carries.
 Expected<CodedCluster> quantize_cluster(const ColMajorMatrixXf& matrix, ColMajorMatrixXf components,
                                         const RlpcaHeader& header);
+
+/// The sections of basis and coefficients of these clusters; ComponentClusters reads them.
+std::vector<std::uint8_t> basis_section(const std::vector<CodedCluster>& coded, const RlpcaLayout& layout,
+                                        const Executor& executor);
+std::vector<std::uint8_t> coefficients_section(const std::vector<CodedCluster>& coded, const SeriesForm& form,
+                                               const Executor& executor);
 
 /// Bits that the entropy coder makes of each component, its basis column and its coefficients, in the streams
 /// of all these clusters together: [cluster][component].

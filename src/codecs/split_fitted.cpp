@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "codecs/exact_vertex.h"
+#include "codecs/lattice.h"
 #include "kernels/bounding_box.h"
 #include "kernels/byte_stream.h"
 #include "kernels/crc32c.h"
@@ -17,7 +18,7 @@ namespace {
 
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
-constexpr std::int32_t kFurthest = SplitLattice::kFurthest;
+constexpr std::int32_t kFurthest = Lattice::kFurthest;
 
 /// Whether a spacing and its inverse can be computed with; 0 means that all points are one.
 bool is_step(double step) {
@@ -58,7 +59,7 @@ struct Contexts {
 /// frames 1 … in an order in which predictions are known; it fills the points of the batch.
 class Pipeline {
  public:
-    Pipeline(const MeshTopology& mesh, const SplitLattice& lattice, MutablePositionsView decoded,
+    Pipeline(const MeshTopology& mesh, const Lattice& lattice, MutablePositionsView decoded,
              const Executor& executor)
         : decoded_(decoded),
           executor_(executor),
@@ -80,6 +81,11 @@ class Pipeline {
     }
 
     std::int64_t stage_count() const { return static_cast<std::int64_t>(stages_.size()) - 1; }
+    /// Vertices of a stage.
+    std::int64_t size_of(std::int64_t stage) const {
+        const auto s = static_cast<std::size_t>(stage);
+        return stages_[s + 1] - stages_[s];
+    }
     std::int32_t vertex_at(std::int64_t place) const {
         return neighbours_.order[static_cast<std::size_t>(place)];
     }
@@ -132,7 +138,7 @@ void add_points(const MotionFit::Batch& batch, std::int64_t count, std::uint32_t
 /// Chooses lattice points for sources.
 class Chooser {
  public:
-    Chooser(const SplitHeader& header, const SplitLattice& lattice, double slack)
+    Chooser(const SplitHeader& header, const Lattice& lattice, double slack)
         : lattice_(lattice), squared_bound_(header.bound * header.bound) {
         const double radius = std::max(0.0, header.bound - slack) * lattice.per_unit();
         squared_radius_ = static_cast<float>(radius * radius * (1.0 - 1e-6));
@@ -187,7 +193,7 @@ class Chooser {
         return corner;
     }
 
-    const SplitLattice& lattice_;
+    const Lattice& lattice_;
     double squared_bound_;
     float squared_radius_;
 };
@@ -224,10 +230,13 @@ std::vector<std::uint8_t> encode_fitted(PositionsView positions, const MeshTopol
     const double slack = rounding_of(positions);
     const double radius = header.bound > 2.0 * slack ? header.bound - slack : header.bound;
     const double step = radius * (2.0 / std::sqrt(3.0)) * (1.0 - 1e-6);
-    const SplitLattice lattice(header, is_step(step) ? step : 0.0);
+    const Lattice lattice(header.center, is_step(step) ? step : 0.0);
     const Chooser chooser(header, lattice, slack);
     Pipeline pipeline(mesh, lattice, decoded, executor);
     std::vector<EncodingStage> stages(static_cast<std::size_t>(pipeline.stage_count()));
+    for (std::size_t s = 0; s < stages.size(); ++s)
+        stages[s].encoder.reserve(static_cast<std::size_t>(
+            3 * pipeline.size_of(static_cast<std::int64_t>(s)) * (positions.frame_count() - 1)));
     pipeline.run([&](std::int64_t s, std::int64_t frame, std::int64_t first, std::int64_t count,
                      MotionFit::Batch& batch) {
         EncodingStage& stage = stages[static_cast<std::size_t>(s)];
@@ -298,7 +307,7 @@ Expected<void> decode_fitted(std::span<const std::uint8_t> bytes, const MeshTopo
     }
     if (reader.remaining() != 0) return corrupt("bytes left over");
 
-    const SplitLattice lattice(header, *step);
+    const Lattice lattice(header.center, *step);
     Pipeline pipeline(mesh, lattice, decoded, executor);
     pipeline.run([&](std::int64_t s, std::int64_t frame, std::int64_t first, std::int64_t count,
                      MotionFit::Batch& batch) {

@@ -8,6 +8,7 @@
 
 #include "codecs/exact_vertex.h"
 #include "codecs/integer_contexts.h"
+#include "codecs/lattice.h"
 #include "kernels/byte_stream.h"
 #include "kernels/crc32c.h"
 #include "kernels/split_prediction.h"
@@ -18,8 +19,8 @@ namespace {
 tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCorrupt, message); }
 
 /// step: of residuals, in 64ths of the bound.
-SplitLattice lattice_of(const SplitHeader& header, std::uint8_t step) {
-    return {header, header.bound * (step / 64.0) / kSplitParts};
+Lattice lattice_of(const SplitHeader& header, std::uint8_t step) {
+    return {header.center, header.bound * (step / 64.0) / kSplitParts};
 }
 
 /// Contexts of a clip: by which residual it is, and how large those of the neighbours, of the vertex in the
@@ -62,7 +63,7 @@ SplitPrediction make_prediction(const MeshTopology& mesh, const SplitHeader& hea
             header.predictor, header.normal};
 }
 
-void start(SplitPrediction& state, const SplitLattice& lattice, const MeshTraversal& traversal,
+void start(SplitPrediction& state, const Lattice& lattice, const MeshTraversal& traversal,
            PositionsView decoded) {
     std::vector<LatticePoint> points(traversal.order.size());
     for (std::size_t k = 0; k < points.size(); ++k)
@@ -182,7 +183,7 @@ class GateEncoder {
 
     const MeshTraversal& traversal_;
     std::uint8_t step_;
-    SplitLattice lattice_;
+    Lattice lattice_;
     double squared_bound_, squared_steps_;  // in world units; in steps
     SplitPrediction state_;
     SplitContexts contexts_;
@@ -248,7 +249,7 @@ Expected<void> decode_gates(std::span<const std::uint8_t> bytes, const MeshTopol
     if (!decoder) return tl::unexpected(decoder.error());
 
     const MeshTraversal& traversal = mesh.traversal();
-    const SplitLattice lattice = lattice_of(header, *step);
+    const Lattice lattice = lattice_of(header, *step);
     SplitPrediction state = make_prediction(mesh, header);
     SplitContexts contexts;
     start(state, lattice, traversal, decoded);

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "codecs/first_frame.h"
+#include "codecs/kept_frames.h"
 #include "codecs/split_fitted.h"
 #include "codecs/split_gates.h"
 #include "codecs/split_layout.h"
@@ -20,27 +21,6 @@ tl::unexpected<Error> corrupt(const char* message) { return fail(ErrorCode::kCor
 /// Clips up to this long are tried with several predictors: `fitted` has little to learn from.
 constexpr std::int64_t kFewFrames = 12;
 
-Expected<EncodedClip> encode_first_frame(PositionsView positions, const MeshTopology& mesh, double bound,
-                                         const Executor& executor) {
-    CodecParameters parameters;
-    parameters.method = CodecMethod::kStatic;
-    parameters.predictor = GeometryPredictor::kWeighted;
-    parameters.max_error = bound;
-    return encode_static(positions.frames(0, 1), mesh, parameters, executor);
-}
-
-/// Decodes the first frame into `frame`.
-Expected<void> decode_first_frame(std::span<const std::uint8_t> bitstream, const MeshTopology& mesh,
-                                  std::int64_t size_limit_bytes, MutablePositionsView frame,
-                                  const Executor& executor) {
-    if (auto done = decode_static_frame(bitstream, mesh, size_limit_bytes, frame, executor); !done)
-        return done;
-    const float* values = frame.data();
-    if (!std::all_of(values, values + 3 * frame.vertex_count(), [](float x) { return std::isfinite(x); }))
-        return corrupt("the first frame is not finite");
-    return {};
-}
-
 std::vector<std::uint8_t> encode_frames(PositionsView positions, const MeshTopology& mesh,
                                         const SplitHeader& header, MutablePositionsView decoded,
                                         const Executor& executor) {
@@ -49,33 +29,6 @@ std::vector<std::uint8_t> encode_frames(PositionsView positions, const MeshTopol
                ? encode_fitted(positions, mesh, header, decoded, executor)
                : encode_gates(positions, mesh, header, decoded);
 }
-
-class SplitClip final : public DecodedClip {
- public:
-    explicit SplitClip(const ClipInfo& info)
-        : info_(info),
-          positions_(std::make_unique_for_overwrite<float[]>(
-              static_cast<std::size_t>(3 * info.vertex_count * info.frame_count))) {}
-
-    const ClipInfo& info() const override { return info_; }
-    const std::vector<std::int32_t>& labels() const override { return labels_; }
-    MutablePositionsView frames() { return {positions_.get(), info_.frame_count, info_.vertex_count}; }
-
-    Expected<void> reconstruct(std::int64_t begin, MutablePositionsView out,
-                               const Executor& executor) const override {
-        if (auto good = check_frames(info_, begin, out); !good) return good;
-        const std::int64_t values = 3 * info_.vertex_count;
-        executor.for_each(out.frame_count(), [&](std::int64_t f) {
-            std::copy_n(positions_.get() + (begin + f) * values, values, out.at(f, 0));
-        });
-        return {};
-    }
-
- private:
-    ClipInfo info_;
-    std::unique_ptr<float[]> positions_;  // F x V x 3
-    std::vector<std::int32_t> labels_;    // none: there are no clusters
-};
 
 }  // namespace
 
@@ -121,13 +74,11 @@ Expected<EncodedClip> encode_splitcoder(PositionsView positions, const MeshTopol
         return fail(ErrorCode::kLimit, "the bounding box is larger than float32 can say");
 
     auto first = encode_first_frame(positions, mesh, header.bound, executor);
-    if (!first) return fail_within("the first frame", first.error());
-    std::vector<float> values(
-        static_cast<std::size_t>(3 * positions.vertex_count() * positions.frame_count()));
-    const MutablePositionsView decoded(values.data(), positions.frame_count(), positions.vertex_count());
-    auto done = decode_first_frame(first->bitstream, mesh, std::numeric_limits<std::int64_t>::max(),
-                                   {decoded.data(), 1, positions.vertex_count()}, executor);
-    if (!done) return fail_within("the first frame", done.error());
+    if (!first) return tl::unexpected(first.error());
+    const auto values =
+        std::make_unique_for_overwrite<float[]>(static_cast<std::size_t>(positions.value_count()));
+    const MutablePositionsView decoded(values.get(), positions.frame_count(), positions.vertex_count());
+    std::copy(first->positions.begin(), first->positions.end(), values.get());
 
     std::vector<GeometryPredictor> tried = {parameters.predictor};
     if (parameters.predictor == GeometryPredictor::kAuto) {
@@ -192,11 +143,11 @@ Expected<std::unique_ptr<DecodedClip>> decode_splitcoder(const ClipBitstream& cl
     // Every vertex of every frame has symbols: what cannot be in the bytes is not allocated.
     const auto samples = static_cast<std::uint64_t>(clip.vertex_count * (clip.frame_count - 1));
     if (samples > max_symbol_count(rest->size())) return corrupt("more vertices than the bytes can hold");
-    auto decoded = std::make_unique<SplitClip>(*info);
+    auto decoded = std::make_unique<KeptFrames>(*info);
     const MutablePositionsView frames = decoded->frames();
     auto done =
         decode_first_frame(*first, *mesh, size_limit_bytes, {frames.data(), 1, clip.vertex_count}, executor);
-    if (!done) return fail_within("the first frame", done.error());
+    if (!done) return tl::unexpected(done.error());
     if (clip.frame_count == 1) {
         if (!rest->empty()) return corrupt("bytes left over");
         return decoded;

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/matrix.h"
-
 namespace batchenc {
 
 /// Three vertex indices, counter-clockwise as the source has them.
@@ -40,8 +38,6 @@ class PositionsView {
     const float* at(std::int64_t frame, std::int64_t vertex) const {
         return data_ + (frame * vertex_count_ + vertex) * 3;
     }
-    /// One frame as a matrix, 3 × V.
-    Eigen::Map<const ColMajorMatrix3Xf> frame(std::int64_t f) const { return {at(f, 0), 3, vertex_count_}; }
     /// Frames [begin, end) of this view.
     PositionsView frames(std::int64_t begin, std::int64_t end) const {
         return {at(begin, 0), end - begin, vertex_count_};
@@ -66,7 +62,6 @@ class MutablePositionsView {
     float* at(std::int64_t frame, std::int64_t vertex) const {
         return data_ + (frame * vertex_count_ + vertex) * 3;
     }
-    Eigen::Map<ColMajorMatrix3Xf> frame(std::int64_t f) const { return {at(f, 0), 3, vertex_count_}; }
     operator PositionsView() const { return {data_, frame_count_, vertex_count_}; }
 
  private:

@@ -32,6 +32,28 @@ std::string_view to_name(CodecMethod method) {
             return "pdct";
         case CodecMethod::kRtpca:
             return "rtpca";
+        case CodecMethod::kBaselineStatic:
+            return "baseline-static";
+        case CodecMethod::kBaselineLpc:
+            return "baseline-lpc";
+        case CodecMethod::kBaselineDynapack:
+            return "baseline-dynapack";
+        case CodecMethod::kBaselineAngle:
+            return "baseline-angle";
+        case CodecMethod::kBaselinePca:
+            return "baseline-pca";
+        case CodecMethod::kBaselinePcaLpc:
+            return "baseline-pca-lpc";
+        case CodecMethod::kBaselineCpca:
+            return "baseline-cpca";
+        case CodecMethod::kBaselineCoddyac:
+            return "baseline-coddyac";
+        case CodecMethod::kBaselineAffine:
+            return "baseline-affine";
+        case CodecMethod::kBaselineOctree:
+            return "baseline-octree";
+        case CodecMethod::kBaselineWavelet:
+            return "baseline-wavelet";
     }
     return "unknown";
 }
@@ -201,11 +223,16 @@ NormalFit own_fit(const NormalFit& fit, GeometryPredictor predictor) {
             fit.exponent >= 0.0f ? fit.exponent : own.exponent, fit.cosine >= 0.0f ? fit.cosine : own.cosine};
 }
 
+bool is_baseline(CodecMethod method) { return method >= CodecMethod::kBaselineStatic; }
+
 bool has_components(CodecMethod method) {
-    return method == CodecMethod::kRlpca || method == CodecMethod::kOrlpca || counts_clusters(method);
+    return method == CodecMethod::kRlpca || method == CodecMethod::kOrlpca || counts_clusters(method) ||
+           (method >= CodecMethod::kBaselinePca && method <= CodecMethod::kBaselineCoddyac);
 }
 
 bool uses_clusters(CodecMethod method) {
+    if (is_baseline(method))
+        return method == CodecMethod::kBaselineCpca || method == CodecMethod::kBaselineAffine;
     return method != CodecMethod::kStatic && method != CodecMethod::kSplitcoder;
 }
 
@@ -251,6 +278,9 @@ double value_of(const CodecParameters& parameters, CodecTarget target) {
 
 bool has_predictor(CodecMethod method, GeometryPredictor predictor) {
     if (predictor == GeometryPredictor::kAuto) return true;
+    if (is_baseline(method))
+        return method == CodecMethod::kBaselineDynapack &&
+               (predictor == GeometryPredictor::kLorenzo || predictor == GeometryPredictor::kReplica);
     const bool is_of_one_frame = predictor <= GeometryPredictor::kWeighted;
     if (method != CodecMethod::kSplitcoder) return is_of_one_frame;
     return !is_of_one_frame || predictor == GeometryPredictor::kFitted ||
@@ -304,10 +334,10 @@ Expected<void> check_values(const CodecParameters& parameters) {
     if (!(parameters.keep >= 0.0 && parameters.keep <= 1.0))
         return fail(ErrorCode::kInvalidArgument, "codec.keep is outside 0 to 1");
     constexpr std::int32_t kMostComponents = 65535 * 4096;  // of all clusters that there can be
-    return check_range(
-               "codec.bits", parameters.bits, 4,
-               parameters.method == CodecMethod::kPdct || parameters.method == CodecMethod::kSplitcoder ? 20
-                                                                                                        : 24)
+    const bool has_fewer_bits = parameters.method == CodecMethod::kPdct ||
+                                parameters.method == CodecMethod::kSplitcoder ||
+                                is_baseline(parameters.method);
+    return check_range("codec.bits", parameters.bits, 4, has_fewer_bits ? 20 : 24)
         .and_then([&] { return check_range("codec.components", parameters.components, 1, 4096); })
         .and_then([&] {
             return check_range("codec.target.components", parameters.target_components, 0, kMostComponents);
@@ -315,6 +345,7 @@ Expected<void> check_values(const CodecParameters& parameters) {
         .and_then([&] { return check_range("codec.basis_bits", parameters.basis_bits, 2, 20); })
         .and_then([&] { return check_range("codec.coefficient_bits", parameters.coefficient_bits, 2, 20); })
         .and_then([&] { return check_range("codec.frame_bits", parameters.frame_bits, 4, 22); })
+        .and_then([&] { return check_range("codec.lpc_order", parameters.lpc_order, 1, 2); })
         .and_then([&] { return check_range("codec.block", parameters.block, 2, 256); })
         .and_then([&] { return check_range("codec.intra_bits", parameters.intra_bits, 4, 20); });
 }

@@ -19,6 +19,19 @@ enum class CodecMethod : std::uint8_t {
     kOrlpca = 4,
     kPdct = 5,
     kRtpca = 6,
+
+    // Baselines (docs/BASELINES.md): what others have published, to be compared with.
+    kBaselineStatic = 16,    ///< every frame by itself, parallelogram (Touma and Gotsman 1998)
+    kBaselineLpc = 17,       ///< linear prediction along time
+    kBaselineDynapack = 18,  ///< extended Lorenzo or Replica (Ibarria and Rossignac 2003)
+    kBaselineAngle = 19,     ///< angle-preserving prediction (Stefanoski and Ostermann 2006)
+    kBaselinePca = 20,       ///< global PCA after rigid alignment (Alexa and Müller 2000)
+    kBaselinePcaLpc = 21,    ///< its coefficients predicted along time (Karni and Gotsman 2004)
+    kBaselineCpca = 22,      ///< PCA of clusters found by Lloyd's iterations (Sattler et al. 2005)
+    kBaselineCoddyac = 23,   ///< PCA of trajectories, predicted over the mesh (Váša and Skala 2007, 2009)
+    kBaselineAffine = 24,    ///< affine motion of clusters and residuals (Lengyel 1999; FAMC)
+    kBaselineOctree = 25,    ///< motion vectors of an octree's cells (D3DMC: Müller et al. 2005)
+    kBaselineWavelet = 26,   ///< wavelets along time by lifting (Payan and Antonini 2007)
 };
 
 /// How the vertices of a clip are divided into clusters (chapter 4).
@@ -146,7 +159,8 @@ struct CodecParameters {
 
     // static, splitcoder, and the first frame of pdct
     std::int32_t bits = 12;  ///< static, splitcoder: no vertex is farther from its source than e_max /
-                             ///< 2^bits, 4 … 24 and 4 … 20; pdct: bits of a coefficient over e_max, 4 … 20
+                             ///< 2^bits, 4 … 24 and 4 … 20; pdct: bits of a coefficient over e_max, 4 … 20;
+                             ///< baselines: steps are e_max / 2^bits, 4 … 20
     double max_error = 0.0;  ///< static, splitcoder: world units; no vertex is farther from its source than
                              ///< this, whatever the bits; 0: no such target
     double max_error_relative = 0.0;  ///< likewise, as part of the diagonal of the bounding box of the frames
@@ -173,6 +187,9 @@ struct CodecParameters {
     // splitcoder
     NormalPredictor normal = NormalPredictor::kTime;
 
+    // baseline-lpc, baseline-pca-lpc
+    std::int32_t lpc_order = 2;  ///< frames before that a value is predicted from, 1 … 2
+
     // rtpca
     double step = 2e-4;  ///< quantisation step of a coefficient over e_max, 1e-7 … 1
 
@@ -184,6 +201,8 @@ struct CodecParameters {
     std::int32_t intra_bits = 12;  ///< bits of a coordinate of a clip's first frame, 4 … 20
 };
 
+/// Whether the coder is one of others', for comparisons.
+bool is_baseline(CodecMethod method);
 /// Whether the coder works on clusters, so that a clip has to be segmented for it.
 bool uses_clusters(CodecMethod method);
 /// Whether the coder finds out for itself how many clusters pay, where their number is left open.

@@ -1,5 +1,7 @@
 #include "kernels/bounding_box.h"
 
+#include "core/matrix.h"
+
 namespace batchenc {
 
 BoundingBox bounding_box(PositionsView positions) {

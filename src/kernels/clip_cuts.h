@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/executor.h"
+#include "core/matrix.h"
 #include "core/mesh_sequence.h"
 
 namespace batchenc {

@@ -98,6 +98,8 @@ class IntegerModel {
 /// Codes integers into memory. Values are modelled as they come and written backwards by finish().
 class RangeEncoder {
  public:
+    /// Makes room for so many values, so that none of what is coded has to move.
+    void reserve(std::size_t count) { steps_.reserve(count); }
     /// Codes one value in the context `model`.
     void encode(IntegerModel& model, std::int32_t value);
     /// What the values coded since the last finish() take, in bits; without the 9 bytes or so that ending a

@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/matrix.h"
+
 namespace batchenc {
 
 std::vector<std::int32_t> farthest_point_seeds(PositionsView frame, std::int32_t count) {
     const std::int64_t vertex_count = frame.vertex_count();
-    const auto centroid = frame.frame(0).cast<double>().rowwise().mean().eval();
+    const Eigen::Map<const ColMajorMatrix3Xf> points(frame.at(0, 0), 3, vertex_count);
+    const auto centroid = points.cast<double>().rowwise().mean().eval();
     std::vector<double> distance(static_cast<std::size_t>(vertex_count));
     for (std::int64_t v = 0; v < vertex_count; ++v) {
-        distance[static_cast<std::size_t>(v)] =
-            (frame.frame(0).col(v).cast<double>() - centroid).squaredNorm();
+        distance[static_cast<std::size_t>(v)] = (points.col(v).cast<double>() - centroid).squaredNorm();
     }
     std::vector<std::int32_t> seeds;
     const auto farthest = [&] {

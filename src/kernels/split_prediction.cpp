@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "kernels/vector3.h"
+#include "kernels/gate_prediction.h"
 
 namespace batchenc {
 namespace {
@@ -19,29 +19,10 @@ constexpr double kLeastRadius = kStep / 2;  // that arcs are measured on, lattic
 // mean one that is nearly degenerate is still worth more than none (measured on cow, dance and samba).
 constexpr double kLeastHeightOfOne = kStep / 2, kLeastHeightOfMany = 1.0;
 
-/// To the nearest integer; without a call, as compilers have none for floor where SSE4.1 is not assumed.
-/// |value| below 2^31.
-std::int32_t nearest(double value) {
-    value += 0.5;
-    const auto truncated = static_cast<std::int32_t>(value);
-    return truncated - static_cast<std::int32_t>(value < static_cast<double>(truncated));
-}
-
 /// Of steps: predictions far outside give residuals that stop at 2^28, so that the vertex is coded exactly.
 std::int32_t rounded(double steps) {
     constexpr double kLimit = 1 << 28;
-    return nearest(steps > -kLimit ? (steps < kLimit ? steps : kLimit) : -kLimit);
-}
-
-LatticePoint to_point(const Vector& place) {
-    constexpr double kLimit = 1 << 29;
-    LatticePoint point;
-    for (std::size_t c = 0; c < 3; ++c) {
-        // Also where it is not a number, which large residuals of a corrupt stream could make it.
-        const double value = place[c];
-        point[c] = nearest(value > -kLimit ? (value < kLimit ? value : kLimit) : -kLimit);
-    }
-    return point;
+    return nearest_integer(steps > -kLimit ? (steps < kLimit ? steps : kLimit) : -kLimit);
 }
 
 /// Goes from the nearest residuals towards zero as long as the squared distance, in steps, stays within the
@@ -125,7 +106,8 @@ void SplitPrediction::start(std::span<const LatticePoint> points) {
         const auto gates = traversal_.gates_of(k);
         frame_count_ = splits_ ? std::min<std::size_t>(gates.size(), 1) : gates.size();
         for (std::size_t g = 0; g < frame_count_; ++g)
-            has_frame_[g] = gates[g].opposite >= 0 && set_gate_frame(gates[g], frames_[g]);
+            has_frame_[g] =
+                gates[g].opposite >= 0 && set_gate_frame(gates[g], now_, least_height_, frames_[g]);
         remember(k, now_[k]);
     }
     next_frame();
@@ -133,33 +115,11 @@ void SplitPrediction::start(std::span<const LatticePoint> points) {
 
 void SplitPrediction::next_frame() { now_.swap(before_); }
 
-inline Vector SplitPrediction::moved(std::int32_t place) const { return minus(now(place), before(place)); }
-
-/// x along the gate, y away from the reference triangle's third corner in its plane, z across.
-inline bool SplitPrediction::set_gate_frame(const Gate& gate, GateFrame& frame) const {
-    const Vector &left = now(gate.left), &right = now(gate.right);
-    const Vector along = minus(right, left);
-    const double squared_length = dot(along, along);
-    frame.origin = times(0.5, plus(left, right));
-    const Vector away = minus(frame.origin, now(gate.opposite));
-    if (!(squared_length > 0.0)) return false;
-    frame.length = std::sqrt(squared_length);
-    frame.x = times(1.0 / frame.length, along);
-    const Vector across = minus(away, times(dot(away, frame.x), frame.x));
-    const double height = std::sqrt(dot(across, across));
-    if (!(height > least_height_)) return false;
-    frame.y = times(1.0 / height, across);
-    frame.z = cross(frame.x, frame.y);
-    return true;
-}
-
 inline void SplitPrediction::remember(std::size_t place, const Vector& point) {
     const auto first = static_cast<std::size_t>(traversal_.first_gate[place]);
     for (std::size_t g = 0; g < frame_count_; ++g) {
         if (!has_frame_[g]) continue;
-        const GateFrame& frame = frames_[g];
-        const Vector offset = minus(point, frame.origin);
-        local_[first + g] = {dot(offset, frame.x), dot(offset, frame.y), dot(offset, frame.z)};
+        local_[first + g] = into_frame(frames_[g], point);
         has_local_[first + g] = 1;
     }
 }
@@ -193,20 +153,21 @@ SplitTarget SplitPrediction::predict(std::size_t place) {
     if (gates.empty()) {
         target.place = before_[place];
     } else if (gates[0].opposite < 0) {
-        target.place = plus(before_[place], times(0.5, plus(moved(gates[0].left), moved(gates[0].right))));
+        target.place = moved_with_edge(gates[0], place, frames());
     } else if (predictor_ == GeometryPredictor::kLocalMultiway) {
         target.place = local_multiway(place, gates);
         set_axes(target);
     } else {
-        has_frame_[0] = set_gate_frame(gates[0], frames_[0]);
+        has_frame_[0] = set_gate_frame(gates[0], now_, least_height_, frames_[0]);
         frame_count_ = 1;
         if (splits_ && has_frame_[0]) {
             set_circle(place, gates, target);
             return target;
         }
-        target.place = predictor_ == GeometryPredictor::kReplica   ? replica(place, gates)
-                       : predictor_ == GeometryPredictor::kLorenzo ? lorenzo(place, gates.first(1))
-                                                                   : lorenzo(place, gates);
+        if (predictor_ != GeometryPredictor::kReplica || !replica(gates[0], place, frames(), target.place)) {
+            const auto used = predictor_ == GeometryPredictor::kLorenzo ? gates.first(1) : gates;
+            target.place = lorenzo(used, place, frames());
+        }
         set_axes(target);
     }
     return target;
@@ -218,36 +179,6 @@ inline void SplitPrediction::set_axes(SplitTarget& target) const {
     target.frame = &frames_[0];
 }
 
-inline Vector SplitPrediction::lorenzo(std::size_t place, std::span<const Gate> gates) const {
-    Vector sum{};
-    for (const Gate& gate : gates)
-        sum = plus(sum, minus(plus(moved(gate.left), moved(gate.right)), moved(gate.opposite)));
-    return plus(before_[place], times(1.0 / static_cast<double>(gates.size()), sum));
-}
-
-inline Vector SplitPrediction::replica(std::size_t place, std::span<const Gate> gates) const {
-    const Gate& gate = gates[0];
-    const Vector a = minus(before(gate.right), before(gate.left));
-    const Vector b = minus(before(gate.opposite), before(gate.left));
-    const Vector n = cross(a, b);
-    const double area = dot(n, n);  // squared
-    const Vector new_a = minus(now(gate.right), now(gate.left));
-    const Vector new_b = minus(now(gate.opposite), now(gate.left));
-    const Vector new_n = cross(new_a, new_b);
-    const double new_area = dot(new_n, new_n);
-    const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b);
-    // Thin triangles say little of what is beside them.
-    constexpr double kThin = 1e-3;
-    if (!(area > kThin * (aa * bb)) || !(new_area > kThin * (dot(new_a, new_a) * dot(new_b, new_b))))
-        return lorenzo(place, gates);
-    const Vector d = minus(before_[place], before(gate.left));
-    const double da = dot(d, a), db = dot(d, b);
-    const double s = (da * bb - db * ab) / area, t = (db * aa - da * ab) / area;
-    // n over the root of its length, before and now.
-    const double up = dot(d, n) / area * std::sqrt(std::sqrt(area / new_area));
-    return plus(now(gate.left), plus(plus(times(s, new_a), times(t, new_b)), times(up, new_n)));
-}
-
 inline Vector SplitPrediction::local_multiway(std::size_t place, std::span<const Gate> gates) {
     const auto first = static_cast<std::size_t>(traversal_.first_gate[place]);
     frame_count_ = gates.size();
@@ -255,14 +186,12 @@ inline Vector SplitPrediction::local_multiway(std::size_t place, std::span<const
     int count = 0;
     for (std::size_t g = 0; g < gates.size(); ++g) {
         GateFrame& frame = frames_[g];
-        has_frame_[g] = set_gate_frame(gates[g], frame);
+        has_frame_[g] = set_gate_frame(gates[g], now_, least_height_, frame);
         if (!has_frame_[g] || !has_local_[first + g]) continue;
-        const Vector& local = local_[first + g];
-        for (std::size_t c = 0; c < 3; ++c)
-            sum[c] += frame.origin[c] + frame.x[c] * local[0] + frame.y[c] * local[1] + frame.z[c] * local[2];
+        sum = plus(sum, out_of_frame(frame, local_[first + g]));
         ++count;
     }
-    return count == 0 ? lorenzo(place, gates) : times(1.0 / count, sum);
+    return count == 0 ? lorenzo(gates, place, frames()) : times(1.0 / count, sum);
 }
 
 inline UnitVector SplitPrediction::bend_by_creases(std::size_t place) const {
@@ -305,8 +234,7 @@ inline void SplitPrediction::set_circle(std::size_t place, std::span<const Gate>
         const bool is_multiway = predictor_ == kSpaceMultiway || predictor_ == kSpaceTimeMultiway;
         Vector sum{};
         const auto used = is_multiway ? gates : gates.first(1);
-        for (const Gate& gate : used)
-            sum = plus(sum, minus(plus(now(gate.left), now(gate.right)), now(gate.opposite)));
+        for (const Gate& gate : used) sum = plus(sum, parallelogram(gate, now_));
         const Vector offset = minus(times(1.0 / static_cast<double>(used.size()), sum), frame.origin);
         const double y = dot(offset, frame.y), z = dot(offset, frame.z);
         target.tangential = {dot(offset, frame.x), std::sqrt(y * y + z * z)};
@@ -373,7 +301,7 @@ std::array<std::int32_t, 3> SplitPrediction::residuals_of(const SplitTarget& tar
 LatticePoint SplitPrediction::reconstruct(const SplitTarget& target,
                                           const std::array<std::int32_t, 3>& residuals) const {
     Vector steps = {residuals[0] * kStep, residuals[1] * kStep, residuals[2] * kStep};
-    if (target.axes == SplitTarget::Axes::kWorld) return to_point(plus(target.place, steps));
+    if (target.axes == SplitTarget::Axes::kWorld) return nearest_point(plus(target.place, steps));
     const GateFrame& frame = *target.frame;
     Vector place = target.place;
     if (target.axes == SplitTarget::Axes::kCircle) {
@@ -390,7 +318,7 @@ LatticePoint SplitPrediction::reconstruct(const SplitTarget& target,
     }
     for (std::size_t c = 0; c < 3; ++c)
         place[c] = place[c] + frame.x[c] * steps[0] + frame.y[c] * steps[1] + frame.z[c] * steps[2];
-    return to_point(place);
+    return nearest_point(place);
 }
 
 void SplitPrediction::record(std::size_t place, const std::array<std::int32_t, 3>& residuals,

@@ -7,6 +7,7 @@
 
 #include "core/parameters.h"
 #include "kernels/bending_angle.h"
+#include "kernels/gate_prediction.h"
 #include "kernels/mesh_traversal.h"
 #include "kernels/surface.h"
 
@@ -100,17 +101,13 @@ class SplitPrediction {
     };
 
     const Vector& now(std::int32_t place) const { return now_[static_cast<std::size_t>(place)]; }
-    const Vector& before(std::int32_t place) const { return before_[static_cast<std::size_t>(place)]; }
-    Vector moved(std::int32_t place) const;
-    bool set_gate_frame(const Gate& gate, GateFrame& frame) const;
+    GateFrames frames() const { return {now_, before_}; }
     void remember(std::size_t place, const Vector& point);
     void list_creases(const Surface& surface);
     void set_sizes(std::size_t place, std::span<const Gate> gates, SplitTarget& target) const;
     void set_circle(std::size_t place, std::span<const Gate> gates, SplitTarget& target) const;
     void set_axes(SplitTarget& target) const;
     UnitVector bend_by_creases(std::size_t place) const;
-    Vector lorenzo(std::size_t place, std::span<const Gate> gates) const;
-    Vector replica(std::size_t place, std::span<const Gate> gates) const;
     Vector local_multiway(std::size_t place, std::span<const Gate> gates);
 
     const MeshTraversal& traversal_;

@@ -5,7 +5,7 @@
 
 namespace batchenc {
 
-TemporalChoice choose_temporal_order(std::span<const std::int32_t> series) {
+TemporalChoice choose_temporal_order(std::span<const std::int32_t> series, int most_order) {
     std::array<std::int64_t, kMaxTemporalOrder + 1> sums{};
     const auto count = static_cast<std::int64_t>(series.size());
     for (std::int64_t t = kMaxTemporalOrder; t < count; ++t) {
@@ -16,7 +16,7 @@ TemporalChoice choose_temporal_order(std::span<const std::int32_t> series) {
         sums[3] += std::abs(x[0] - (3 * (x[-1] - x[-2]) + x[-3]));
     }
     TemporalChoice choice;
-    for (int order = 1; order <= kMaxTemporalOrder; ++order) {
+    for (int order = 1; order <= most_order; ++order) {
         if (sums[static_cast<std::size_t>(order)] < sums[static_cast<std::size_t>(choice.order)])
             choice.order = order;
     }

@@ -36,12 +36,13 @@ inline std::int32_t predict_temporal(const std::int32_t* series, std::int64_t t,
     return static_cast<std::int32_t>(predicted);
 }
 
-/// The order whose residuals have the smallest sum of magnitudes, and that sum over the positions from
-/// kMaxTemporalOrder on.
+/// The order up to most_order whose residuals have the smallest sum of magnitudes, and that sum over the
+/// positions from kMaxTemporalOrder on.
 struct TemporalChoice {
     int order = 0;
     double mean_magnitude = 0.0;
 };
-TemporalChoice choose_temporal_order(std::span<const std::int32_t> series);
+TemporalChoice choose_temporal_order(std::span<const std::int32_t> series,
+                                     int most_order = kMaxTemporalOrder);
 
 }  // namespace batchenc

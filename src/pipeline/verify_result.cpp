@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "codecs/connectivity_bitstream.h"
 #include "io/job_file.h"
 #include "io/source_clip.h"
+#include "kernels/edge_distortion.h"
 #include "kernels/error_metrics.h"
 #include "pipeline/guarded.h"
 #include "pipeline/result_decoder.h"
@@ -92,6 +94,8 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
     report.same_triangles = *triangles == decoder->triangles();
 
     ErrorMeter meter(header.vertex_count);
+    std::optional<EdgeDistortionMeter> edges;
+    if (!decoder->triangles().empty()) edges.emplace(decoder->triangles(), header.vertex_count);
     std::vector<float> frames;
     const auto measure = [&](std::int64_t first, PositionsView decoded) -> Expected<void> {
         if (stop.load(std::memory_order_relaxed)) throw Interrupted{};
@@ -100,6 +104,7 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
         if (auto read = (*source)->read_frames(*offset + first, original); !read) return read;
         reorder_vertices(original, source_vertices, executor);
         meter.add(original, decoded, executor);
+        if (edges) edges->add(original, decoded, executor);
         progress(static_cast<double>(first + decoded.frame_count()) /
                  static_cast<double>(header.frame_count));
         return {};
@@ -118,7 +123,7 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
         const double value =
             found == recorded.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;
         const bool agrees = found != recorded.end() && nearly_equal(value, measured);
-        report.figures.push_back({name, value, measured, agrees});
+        report.figures.push_back({name, value, measured, agrees, true});
     };
     compare("da", errors.da);
     compare("kg", errors.kg);
@@ -131,6 +136,15 @@ Expected<VerifyReport> verify(const std::filesystem::path& result, const std::fi
         compare("seam_jump_mean", jumps.seam_mean);
         compare("inner_jump_max", jumps.inner_max);
         compare("inner_jump_mean", jumps.inner_mean);
+    }
+    if (edges) {
+        const EdgeDistortion distortion = edges->finish();
+        const auto show = [&](const char* name, double measured) {
+            report.figures.push_back({name, std::numeric_limits<double>::quiet_NaN(), measured, true, false});
+        };
+        show("sted", distortion.total);
+        show("sted_space", distortion.space);
+        show("sted_time", distortion.time);
     }
     compare("bits_total", *bits);
     compare("bpvf",

@@ -14,13 +14,15 @@ namespace batchenc {
 /// One figure of a result: as it was recorded, and as it was found now.
 struct VerifiedFigure {
     std::string name;
-    double recorded = 0.0;
+    double recorded = 0.0;  ///< NaN where results do not record it
     double measured = 0.0;
-    bool agrees = false;  ///< within 1e-6 of the larger, or both undefined
+    bool agrees = false;      ///< within 1e-6 of the larger, both undefined, or not recorded
+    bool is_recorded = true;  ///< false of what results do not record, so that there is nothing to agree with
 };
 
 struct VerifyReport {
-    std::vector<VerifiedFigure> figures;  ///< da, kg, rmse, max_error, max_error_relative, jumps, bits, bpvf
+    std::vector<VerifiedFigure> figures;  ///< da, kg, rmse, max_error, max_error_relative, jumps, bits, bpvf;
+                                          ///< with triangles also sted, sted_space, sted_time, not recorded
     bool same_triangles = false;          ///< the decoded triangles are the source's, in its order
     bool agrees() const;                  ///< all of the above
 };

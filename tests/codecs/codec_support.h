@@ -9,6 +9,7 @@
 
 #include "codecs/clip_bitstream.h"
 #include "codecs/clip_codec.h"
+#include "kernels/crc32c.h"
 #include "kernels/synthetic_clip.h"
 #include "tests/support/sample_clips.h"
 
@@ -174,6 +175,12 @@ inline void expect_counts_and_memory_are_refused(std::span<const std::uint8_t> b
 }
 
 // ---- what earlier versions wrote ----
+
+/// Of the bits of all positions.
+inline std::uint32_t checksum_of(const MeshSequence& clip) {
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(clip.positions.data());
+    return crc32c({bytes, sizeof(float) * clip.positions.size()});
+}
 
 /// A clip of round numbers, the same on every machine.
 inline MeshSequence golden_clip(std::int32_t nx, std::int32_t ny, std::int32_t frames) {

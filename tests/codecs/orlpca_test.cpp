@@ -201,7 +201,8 @@ TEST(Orlpca, CodesClustersAsRlpcaDoes) {
     CodecParameters plain;
     plain.components = 6;
     const auto all = encode(clip, 4, orlpca(CodecTarget::kComponents, 24, 6));
-    const auto expected = parse_clip_bitstream(encode(clip, 4, plain)).value();
+    const auto all_of_rlpca = encode(clip, 4, plain);
+    const auto expected = parse_clip_bitstream(all_of_rlpca).value();
     const auto found = parse_clip_bitstream(all).value();
     EXPECT_EQ(found.method, CodecMethod::kOrlpca);
     for (std::size_t i = 1; i < kSectionCount; ++i)  // but for the header

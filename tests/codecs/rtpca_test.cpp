@@ -7,7 +7,6 @@
 #include "codecs/clip_codec.h"
 #include "codecs/rtpca.h"
 #include "kernels/bounding_box.h"
-#include "kernels/crc32c.h"
 #include "kernels/error_metrics.h"
 #include "tests/codecs/codec_support.h"
 #include "tests/support/sample_clips.h"
@@ -330,9 +329,7 @@ TEST(Rtpca, SaysWhatItIs) {
 // decoder has found these checksums too (tests/app/independent_decoder.py).
 void expect_golden(const MeshSequence& clip, std::span<const std::uint8_t> bitstream,
                    std::uint32_t expected) {
-    const MeshSequence decoded = decode(clip, bitstream);
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(decoded.positions.data());
-    EXPECT_EQ(crc32c({bytes, sizeof(float) * decoded.positions.size()}), expected);
+    EXPECT_EQ(test::checksum_of(decode(clip, bitstream)), expected);
 }
 
 TEST(Rtpca, DecodesTheGoldenStreamOfVersion1) {

@@ -1,14 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "codecs/clip_bitstream.h"
 #include "codecs/clip_codec.h"
 #include "codecs/static_coder.h"
 #include "kernels/bounding_box.h"
-#include "kernels/crc32c.h"
 #include "tests/codecs/codec_support.h"
 #include "tests/support/sample_clips.h"
 #include "tests/support/thread_executor.h"
@@ -199,9 +197,7 @@ MeshSequence golden_clip(std::int32_t nx, std::int32_t ny, std::int32_t frames) 
 void expect_golden(const MeshSequence& clip, std::span<const std::uint8_t> bitstream, std::uint32_t expected,
                    GeometryPredictor predictor = kFitted) {
     const MeshSequence decoded = decode(clip, bitstream);
-    std::vector<std::uint8_t> bytes(sizeof(float) * decoded.positions.size());
-    std::memcpy(bytes.data(), decoded.positions.data(), bytes.size());
-    EXPECT_EQ(crc32c(bytes), expected);
+    EXPECT_EQ(test::checksum_of(decoded), expected);
     const auto info = read_clip_info(bitstream);
     ASSERT_TRUE(info);
     EXPECT_EQ(info->parameters.predictor, predictor);

@@ -30,7 +30,6 @@ TEST(PositionsView, AddressesFrameVertexCoordinate) {
             for (std::int64_t axis = 0; axis < 3; ++axis) {
                 const auto expected = static_cast<float>((f * kVertices + v) * 3 + axis);
                 EXPECT_EQ(view.at(f, v)[axis], expected);
-                EXPECT_EQ(view.frame(f)(axis, v), expected);
             }
         }
     }
@@ -53,7 +52,7 @@ TEST(PositionsView, StartsEmpty) {
 TEST(MutablePositionsView, WritesThrough) {
     MeshSequence sequence = numbered_sequence();
     MutablePositionsView view = sequence.view();
-    view.frame(2)(1, 3) = -7.0f;
+    view.at(2, 3)[1] = -7.0f;
     view.at(3, 4)[2] = -8.0f;
     EXPECT_EQ(sequence.positions[(2 * kVertices + 3) * 3 + 1], -7.0f);
     EXPECT_EQ(sequence.positions.back(), -8.0f);

@@ -17,8 +17,24 @@ TEST(Parameters, DefaultsAreAccepted) {
 
 TEST(Parameters, NumbersAndNamesArePinned) {
     // The numbers stand in bitstreams, the names in job files.
-    const std::pair<int, const char*> codecs[] = {{1, "static"}, {2, "splitcoder"}, {3, "rlpca"}, {0, "auto"},
-                                                  {4, "orlpca"}, {5, "pdct"},       {6, "rtpca"}};
+    const std::pair<int, const char*> codecs[] = {{1, "static"},
+                                                  {2, "splitcoder"},
+                                                  {3, "rlpca"},
+                                                  {0, "auto"},
+                                                  {4, "orlpca"},
+                                                  {5, "pdct"},
+                                                  {6, "rtpca"},
+                                                  {16, "baseline-static"},
+                                                  {17, "baseline-lpc"},
+                                                  {18, "baseline-dynapack"},
+                                                  {19, "baseline-angle"},
+                                                  {20, "baseline-pca"},
+                                                  {21, "baseline-pca-lpc"},
+                                                  {22, "baseline-cpca"},
+                                                  {23, "baseline-coddyac"},
+                                                  {24, "baseline-affine"},
+                                                  {25, "baseline-octree"},
+                                                  {26, "baseline-wavelet"}};
     for (const auto& [number, name] : codecs) EXPECT_EQ(to_name(static_cast<CodecMethod>(number)), name);
     const std::pair<int, const char*> segmentations[] = {
         {1, "region-growing"}, {2, "clustering"}, {3, "adaptive"}, {4, "rigid"}};
@@ -27,7 +43,7 @@ TEST(Parameters, NumbersAndNamesArePinned) {
     }
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(0)), "local");
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(1)), "world");
-    EXPECT_EQ(to_name(static_cast<CodecMethod>(7)), "unknown");
+    for (const int number : {7, 15, 27, 255}) EXPECT_EQ(to_name(static_cast<CodecMethod>(number)), "unknown");
     EXPECT_EQ(to_name(static_cast<SegmentationMethod>(0)), "unknown");
     EXPECT_EQ(to_name(static_cast<CoordinateSpace>(2)), "unknown");
 }
@@ -43,7 +59,8 @@ TEST(Parameters, CodecRangesAreExact) {
                             {"codec.components", &CodecParameters::components, 1, 4096},
                             {"codec.basis_bits", &CodecParameters::basis_bits, 2, 20},
                             {"codec.coefficient_bits", &CodecParameters::coefficient_bits, 2, 20},
-                            {"codec.frame_bits", &CodecParameters::frame_bits, 4, 22}};
+                            {"codec.frame_bits", &CodecParameters::frame_bits, 4, 22},
+                            {"codec.lpc_order", &CodecParameters::lpc_order, 1, 2}};
     for (const Range& range : ranges) {
         CodecParameters parameters;
         for (const std::int32_t good : {range.low, range.high}) {
@@ -119,6 +136,29 @@ CodecParameters with(CodecMethod method, CodecTarget target, double value, Codec
             break;
     }
     return parameters;
+}
+
+TEST(Parameters, WhatBaselinesAre) {
+    for (int number = 0; number < 256; ++number) {
+        const auto method = static_cast<CodecMethod>(number);
+        if (!is_available(method)) continue;
+        EXPECT_EQ(is_baseline(method), to_name(method).starts_with("baseline-")) << number;
+    }
+    using enum CodecMethod;
+    for (const CodecMethod method :
+         {kBaselineStatic, kBaselineLpc, kBaselineDynapack, kBaselineAngle, kBaselinePca, kBaselinePcaLpc,
+          kBaselineCoddyac, kBaselineOctree, kBaselineWavelet})
+        EXPECT_FALSE(uses_clusters(method)) << to_name(method);
+    for (const CodecMethod method : {kBaselineCpca, kBaselineAffine})
+        EXPECT_TRUE(uses_clusters(method)) << to_name(method);
+    CodecParameters parameters{.method = kBaselineWavelet, .bits = 20};
+    EXPECT_TRUE(check_parameters(parameters));
+    parameters.bits = 21;
+    EXPECT_FALSE(check_parameters(parameters));
+    EXPECT_TRUE(has_predictor(kBaselineDynapack, GeometryPredictor::kReplica));
+    EXPECT_FALSE(has_predictor(kBaselineDynapack, GeometryPredictor::kTime));
+    EXPECT_FALSE(has_predictor(kBaselineLpc, GeometryPredictor::kLorenzo));
+    EXPECT_TRUE(has_predictor(kBaselineLpc, GeometryPredictor::kAuto));
 }
 
 TEST(Parameters, TargetsBelongToMethods) {

@@ -211,7 +211,7 @@ TEST(JobSchema, RangesAgreeWithCheckParameters) {
         EXPECT_FALSE(accepted(key, key.high + 1)) << key.path;
         ++tested;
     }
-    EXPECT_EQ(tested, 10);
+    EXPECT_EQ(tested, 11);
 }
 
 TEST(JobSchema, WordsAgreeWithCheckParameters) {

@@ -1,4 +1,5 @@
 #include "kernels/cluster_traversal.h"
+#include "kernels/predecessor_prediction.h"
 
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 
 #include "codecs/connectivity_bitstream.h"
 #include "io/result_file.h"
+#include "kernels/edge_distortion.h"
 #include "pipeline/decode_result.h"
 #include "pipeline/tbb_executor.h"
 #include "pipeline/verify_result.h"
@@ -135,6 +136,41 @@ TEST_F(DecodeVerify, DecodeRefusesMistakes) {
 TEST_F(DecodeVerify, VerifyAgreesWithTheSource) {
     encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
     expect_verified();
+}
+
+TEST_F(DecodeVerify, VerifyMeasuresTheDistortionOfEdges) {
+    encode(make_job("a", "sheet.h5", "clips: {length: 7}\n"));
+    ASSERT_TRUE(decode(request("back.h5")));
+    const auto back = read_mesh_sequence(folder_ / "back.h5");
+    ASSERT_TRUE(back);
+    EdgeDistortionMeter meter(source_.triangles, source_.vertex_count);
+    meter.add(source_.view(), back->view(), SerialExecutor());
+    const EdgeDistortion expected = meter.finish();
+    EXPECT_GT(expected.total, 0.0);
+    std::map<std::string, double> found;
+    const auto report = verify(folder_ / "sheet.h5");
+    ASSERT_TRUE(report);
+    for (const VerifiedFigure& figure : report->figures) {
+        EXPECT_EQ(figure.is_recorded, !figure.name.starts_with("sted")) << figure.name;
+        if (!figure.is_recorded) found[figure.name] = figure.measured;
+    }
+    EXPECT_EQ(found,
+              (std::map<std::string, double>{
+                  {"sted", expected.total}, {"sted_space", expected.space}, {"sted_time", expected.time}}));
+}
+
+TEST_F(DecodeVerify, VerifyFindsNoEdgesInPoints) {
+    source_.triangles.clear();
+    write_clip("points.h5", source_);
+    encode(parse_job(
+               "batchenc: 1\nname: a\ninput: {file: points.h5}\noutput: out/a.h5\ncodec: {method: rtpca}\n",
+               folder_ / "a.yaml")
+               .value()
+               .front());
+    const auto report = verify(folder_ / "points.h5");
+    ASSERT_TRUE(report) << report.error().to_string();
+    EXPECT_TRUE(report->agrees());
+    for (const VerifiedFigure& figure : report->figures) EXPECT_TRUE(figure.is_recorded) << figure.name;
 }
 
 TEST_F(DecodeVerify, VerifyFindsTheFrameRangeInTheWholeClip) {

@@ -15,8 +15,24 @@ constexpr std::array<std::string_view, 2> kOrders = {"preserve", "free"};
 constexpr Words kLengthWords = {"auto"};
 constexpr std::array<std::string_view, 4> kSegmentationMethods = {"region-growing", "clustering", "adaptive",
                                                                   "rigid"};
-constexpr std::array<std::string_view, 7> kCodecMethods = {"rlpca", "orlpca",     "pdct",  "rtpca",
-                                                           "auto",  "splitcoder", "static"};
+constexpr std::array<std::string_view, 18> kCodecMethods = {"rlpca",
+                                                            "orlpca",
+                                                            "pdct",
+                                                            "rtpca",
+                                                            "auto",
+                                                            "splitcoder",
+                                                            "static",
+                                                            "baseline-static",
+                                                            "baseline-lpc",
+                                                            "baseline-dynapack",
+                                                            "baseline-angle",
+                                                            "baseline-pca",
+                                                            "baseline-pca-lpc",
+                                                            "baseline-cpca",
+                                                            "baseline-coddyac",
+                                                            "baseline-affine",
+                                                            "baseline-octree",
+                                                            "baseline-wavelet"};
 constexpr std::array<std::string_view, 19> kPredictors = {"auto",           "parallelogram",
                                                           "multiway",       "local-parallelogram",
                                                           "local-multiway", "weighted",
@@ -181,22 +197,23 @@ std::vector<JobKey> make_keys() {
                     .assign = [](JobDraft& d,
                                  const JobValue& v) { d.job.codec.method = from_name<CodecMethod>(v.text); },
                     .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.method)); }});
-    keys.push_back({.path = "codec.bits",
-                    .type = kInteger,
-                    .sentence =
-                        "static, splitcoder: no vertex is off by more than e_max / 2^bits; pdct: the step of "
-                        "coefficients; splitcoder, pdct up to 20",
-                    .low = 4,
-                    .high = 24,
-                    .sweepable = true,
-                    .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
-                    .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
+    keys.push_back(
+        {.path = "codec.bits",
+         .type = kInteger,
+         .sentence =
+             "static, splitcoder: no vertex is off by more than e_max / 2^bits; pdct, baselines: steps "
+             "are e_max / 2^bits; all but static up to 20",
+         .low = 4,
+         .high = 24,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.bits = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.bits); }});
     keys.push_back(
         {.path = "codec.predictor",
          .type = kChoice,
-         .sentence =
-             "static, first frames of pdct, splitcoder (fitted, local-multiway and those from time on): how "
-             "a vertex is predicted; auto takes what makes the stream smallest",
+         .sentence = "static, first frames of pdct, baseline-dynapack (lorenzo, replica), splitcoder "
+                     "(fitted, local-multiway and those from time on): how "
+                     "a vertex is predicted; auto takes what makes the stream smallest",
          .words = kPredictors,
          .sweepable = true,
          .assign = [](JobDraft& d,
@@ -266,7 +283,8 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.components",
          .type = kInteger,
-         .sentence = "principal components a cluster; rlpca: fewer where the rank is lower; orlpca: at most, "
+         .sentence = "principal components a cluster, of baselines without clusters in all; rlpca: fewer "
+                     "where the rank is lower; orlpca: at most, "
                      "64 where the key is absent",
          .low = 1,
          .high = 4096,
@@ -276,7 +294,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.basis_bits",
          .type = kInteger,
-         .sentence = "rlpca, orlpca: bits of a basis value over the range of its matrix",
+         .sentence = "rlpca, orlpca, baselines by PCA: bits of a basis value over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -285,7 +303,7 @@ std::vector<JobKey> make_keys() {
     keys.push_back(
         {.path = "codec.coefficient_bits",
          .type = kInteger,
-         .sentence = "rlpca, orlpca: bits of a coefficient over the range of its matrix",
+         .sentence = "rlpca, orlpca, baselines by PCA: bits of a coefficient over the range of its matrix",
          .low = 2,
          .high = 20,
          .sweepable = true,
@@ -308,6 +326,15 @@ std::vector<JobKey> make_keys() {
          .sweepable = true,
          .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.rate = from_name<RateMeasure>(v.text); },
          .show = [](const JobDraft& d) { return std::string(to_name(d.job.codec.rate)); }});
+    keys.push_back(
+        {.path = "codec.lpc_order",
+         .type = kInteger,
+         .sentence = "baseline-lpc, baseline-pca-lpc: frames before that a value is predicted from",
+         .low = 1,
+         .high = 2,
+         .sweepable = true,
+         .assign = [](JobDraft& d, const JobValue& v) { d.job.codec.lpc_order = narrow(v.integer); },
+         .show = [](const JobDraft& d) { return std::to_string(d.job.codec.lpc_order); }});
     keys.push_back({.path = "codec.step",
                     .type = kNumber,
                     .sentence = "rtpca: quantisation step of a coefficient over e_max, from 1e-7",
