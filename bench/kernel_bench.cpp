@@ -15,6 +15,7 @@
 
 #include "codecs/rlpca_layout.h"
 #include "codecs/segmentation.h"
+#include "core/matrix.h"
 #include "kernels/bit_coder.h"
 #include "kernels/bounding_box.h"
 #include "kernels/crc32c.h"

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <string>
 
+#include "bench/peers/quantised_deltas.h"
 #include "codecs/clip_codec.h"
 #include "io/source_clip.h"
 #include "kernels/bounding_box.h"
@@ -154,22 +155,15 @@ void run_code(benchmark::State& state, const Job& job) {
 void run_reference(benchmark::State& state, const Job& job) {
     const MeshSequence clip = read_clip(job);
     const double step = 2.0 / std::sqrt(3.0) * kBound * bounding_box(clip.view()).diagonal();
-    const auto per_step = static_cast<float>(step > 0.0 ? 1.0 / step : 0.0);
     const auto row = static_cast<std::size_t>(3 * clip.vertex_count), count = clip.positions.size();
-    std::vector<std::int32_t> before(row);
-    std::vector<std::uint8_t> planes(4 * count), coded(ZSTD_compressBound(4 * count));
+    std::vector<std::int32_t> levels;
+    std::vector<std::uint32_t> folded;
+    std::vector<std::uint8_t> planes, coded(ZSTD_compressBound(4 * count));
     std::size_t size = 0;
     for (auto _ : state) {
-        std::fill(before.begin(), before.end(), 0);
-        for (std::size_t k = 0; k < count; ++k) {
-            const auto level = static_cast<std::int32_t>(std::lround(clip.positions[k] * per_step));
-            const std::int32_t change = level - before[k % row];
-            before[k % row] = level;
-            const auto folded =
-                (static_cast<std::uint32_t>(change) << 1) ^ static_cast<std::uint32_t>(change >> 31);
-            for (std::size_t b = 0; b < 4; ++b)
-                planes[b * count + k] = static_cast<std::uint8_t>(folded >> 8 * b);
-        }
+        quantise(clip.view(), step > 0.0 ? 1.0 / step : 0.0, levels);
+        take_deltas(levels, row, 1, folded);
+        split_bytes(folded, planes);
         size = ZSTD_compress(coded.data(), coded.size(), planes.data(), planes.size(), 3);
     }
     state.counters["MB/s"] =

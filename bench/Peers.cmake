@@ -1,0 +1,26 @@
+add_executable(batchenc_peers peer_bench.cpp peers/grid_peer.cpp peers/own_peers.cpp peers/quantised_deltas.cpp
+  peers/time_rows.cpp peers/zstd_peer.cpp)
+target_include_directories(batchenc_peers PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR})
+target_link_libraries(batchenc_peers PRIVATE batchenc_pipeline batchenc_flags PkgConfig::zstd)
+
+# batchenc_peer(NAME HEADER LIBRARY): adds peers/NAME_peer.cpp where header and library are found.
+function(batchenc_peer name header library)
+  string(TOUPPER ${name} upper)
+  find_path(BATCHENC_${upper}_INCLUDE ${header})
+  find_library(BATCHENC_${upper}_LIBRARY ${library})
+  mark_as_advanced(BATCHENC_${upper}_INCLUDE BATCHENC_${upper}_LIBRARY)
+  if(NOT BATCHENC_${upper}_INCLUDE OR NOT BATCHENC_${upper}_LIBRARY)
+    message(STATUS "batchenc_peers without ${name}, which is not installed")
+    return()
+  endif()
+  target_sources(batchenc_peers PRIVATE peers/${name}_peer.cpp)
+  target_compile_definitions(batchenc_peers PRIVATE BATCHENC_HAS_${upper})
+  # Their warnings are not ours.
+  target_include_directories(batchenc_peers SYSTEM PRIVATE ${BATCHENC_${upper}_INCLUDE})
+  target_link_libraries(batchenc_peers PRIVATE ${BATCHENC_${upper}_LIBRARY})
+endfunction()
+batchenc_peer(blosc blosc.h blosc)
+batchenc_peer(draco draco/compression/encode.h draco)
+batchenc_peer(fpzip fpzip.h fpzip)
+batchenc_peer(meshopt meshoptimizer.h meshoptimizer)
+batchenc_peer(zfp zfp.h zfp)
