@@ -8,33 +8,23 @@ goes on; rows of settings that CODERS has no longer go. Exit code: 0 all done, 1
 in the command line.
 """
 import argparse
-import csv
 import itertools
-import os
-import re
 import subprocess
 import sys
-import tempfile
-import time
 from pathlib import Path
 
-import h5py
-
 import rd_plot
+from rd_runs import RunTable, each, known_methods, lock
 
 ROOT = Path(__file__).resolve().parent.parent
-COLUMNS = ["sequence", "method", "setting", "bytes", "bpvf", "bpvf_geometry", "da", "kg", "max_error_relative"]
-
-
-def each(key, *values):
-    return [{key: value} for value in values]
-
 
 RLPCA_BITS = [{"codec.basis_bits": basis, "codec.coefficient_bits": basis, "codec.frame_bits": frame}
               for basis, frame in ((6, 10), (8, 12), (11, 15), (13, 18), (15, 20))]
 # Frames finer than the rest cost a third of the rate at coarse bits.
 PDCT_BITS = [{"codec.bits": bits, "codec.frame_bits": frame} for bits, frame in
              ((5, 11), (6, 12), (7, 12), (8, 13), (9, 14), (10, 14), (11, 15), (12, 16), (13, 17), (14, 18), (16, 20))]
+PCA_BITS = [{"codec.basis_bits": bits, "codec.coefficient_bits": bits} for bits in (10, 14)]
+EVEN_BITS = each("codec.bits", 6, 8, 10, 12, 14)
 # Coder: axes, each a list of choices of dotted keys; every combination is run.
 CODERS = {
     "static": [each("codec.predictor", "weighted"), each("codec.bits", *range(6, 17, 2))],
@@ -45,100 +35,21 @@ CODERS = {
              each("segmentation.clusters", 5, 10, 20, 40), PDCT_BITS],
     "orlpca": [each("segmentation.method", "rigid"), each("segmentation.clusters", 5, 10, 40),
                each("codec.target.components", 20, 60, 160, 480, 1280), RLPCA_BITS],
-    "rtpca": [each("segmentation.method", "rigid"), each("segmentation.clusters", 6, 12, 24),
+    "rtpca": [each("segmentation.method", "rigid"), each("segmentation.clusters", 2, 6, 12, 24),
               each("codec.step", 2e-5, 4.7e-5, 1.1e-4, 2.7e-4, 6.3e-4, 1.5e-3, 3.6e-3, 8.4e-3, 2e-2, 4.7e-2)],
+    "baseline-static": [EVEN_BITS],
+    "baseline-lpc": [each("codec.lpc_order", 1, 2), EVEN_BITS],
+    "baseline-dynapack": [each("codec.predictor", "lorenzo", "replica"), EVEN_BITS],
+    "baseline-angle": [EVEN_BITS],
+    "baseline-pca": [each("codec.components", 5, 10, 20, 40, 80), PCA_BITS],
+    "baseline-pca-lpc": [each("codec.components", 5, 10, 20, 40, 80), PCA_BITS],
+    "baseline-cpca": [each("segmentation.clusters", 10, 20), each("codec.components", 5, 12, 30),
+                      [{"codec.basis_bits": bits, "codec.coefficient_bits": bits} for bits in (11, 15)]],
+    "baseline-coddyac": [each("codec.components", 10, 20, 40, 80), each("codec.bits", 5, 6, 7, 8, 9, 10, 12)],
+    "baseline-affine": [each("segmentation.clusters", 20), each("codec.bits", *range(6, 15))],
+    "baseline-octree": [each("codec.bits", *range(6, 15))],
+    "baseline-wavelet": [each("codec.bits", *range(6, 15))],
 }
-
-
-def settings(method):
-    """Settings of a coder by their names in the CSV, each a mapping of dotted keys."""
-    made = {}
-    for choice in itertools.product(*CODERS[method]):
-        keys = {key: value for part in choice for key, value in part.items()}
-        made[" ".join(f"{key.split('.', 1)[1]}={value}" for key, value in keys.items())] = keys
-    return made
-
-
-def known_methods(program):
-    text = subprocess.run([program, "--help-job"], check=True, stdout=subprocess.PIPE, text=True).stdout
-    words = re.search(r"codec\.method\s(.*?);", text, re.DOTALL).group(1)
-    return re.findall(r"[\w-]+", re.sub(r"\(later:.*?\)", "", words, flags=re.DOTALL))
-
-
-def flow(value):
-    """YAML in flow style of nested mappings, numbers and plain words."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {flow(part)}" for key, part in value.items()) + "}"
-    return str(value)
-
-
-def job_text(clip, method, keys):
-    tree = {"codec": {"method": method}}
-    for key, value in keys.items():
-        *levels, last = key.split(".")
-        place = tree
-        for level in levels:
-            place = place.setdefault(level, {})
-        place[last] = value
-    path = str(clip).replace("'", "''")
-    return "\n".join(["batchenc: 1", "name: curves", f"input: {{file: '{path}'}}", "output: ./result.h5", "analysis: false"] +
-                     [f"{key}: {flow(part)}" for key, part in tree.items()]) + "\n"
-
-
-def measure(program, threads, clip, method, keys):
-    """Metrics of one result; the result goes as soon as they are read. Raises OSError with the program's last words."""
-    with tempfile.TemporaryDirectory(prefix="rd_curves-") as folder:
-        job = os.path.join(folder, "job.yaml")
-        with open(job, "w") as file:
-            file.write(job_text(clip, method, keys))
-        run = subprocess.run([program, job, "--progress", "none", "--log-level", "error", *threads],
-                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        if run.returncode:
-            raise OSError((run.stderr.strip().splitlines() or [f"exit code {run.returncode}"])[-1])
-        with h5py.File(os.path.join(folder, "result.h5")) as result:
-            return dict(result["metrics"].attrs)
-
-
-def read(path):
-    if not path.exists():
-        return {}
-    with open(path, newline="") as file:
-        return {(row["sequence"], row["method"], row["setting"]): row for row in csv.DictReader(file)}
-
-
-def write(path, rows):
-    """Sorted by clip, coder and setting, in the order of CODERS; whole or not at all."""
-    wanted = [(method, setting) for method in CODERS for setting in settings(method)]
-    place = {key: index for index, key in enumerate(wanted)}
-    kept = sorted((key for key in rows if key[1:] in place), key=lambda key: (key[0], place[key[1:]]))
-    with open(f"{path}.tmp", "w", newline="") as file:
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows[key] for key in kept)
-    os.replace(f"{path}.tmp", path)
-
-
-def run_coder(arguments, rows, clip, method):
-    """Measures what is missing; returns the number of failures."""
-    name, wanted = clip.stem, settings(method)
-    missing = [s for s in wanted if arguments.again or (name, method, s) not in rows]
-    failures, start = 0, time.monotonic()
-    for index, setting in enumerate(missing, 1):
-        if sys.stderr.isatty():
-            print(f"\r{name} {method}: {index} of {len(missing)} ", end="", file=sys.stderr, flush=True)
-        rows.pop((name, method, setting), None)
-        try:
-            m = measure(arguments.binary, arguments.threads, clip, method, wanted[setting])
-        except (OSError, KeyError) as error:
-            failures += 1
-            print(f"{chr(10) if sys.stderr.isatty() else ''}failed: {name} {method} {setting}: {error}", file=sys.stderr)
-            continue
-        row = [name, method, setting, round(m["bits_total"] / 8)]
-        row += [f"{m[key]:.6g}" for key in COLUMNS[4:]]
-        rows[name, method, setting] = dict(zip(COLUMNS, row))
-    print(f"{chr(13) if sys.stderr.isatty() else ''}{name} {method}: {len(missing)} of {len(wanted)} run, {failures} failed, "
-          f"{time.monotonic() - start:.0f} s", file=sys.stderr)
-    return failures
 
 
 def parse():
@@ -171,14 +82,11 @@ def parse():
 
 def main():
     arguments, clips, methods = parse()
-    table = arguments.output / "rd_curves.csv"
     arguments.output.mkdir(parents=True, exist_ok=True)
-    rows, failures = read(table), 0
-    for clip, method in itertools.product(clips, methods):
-        try:
-            failures += run_coder(arguments, rows, clip, method)
-        finally:
-            write(table, rows)
+    lock(arguments.output)
+    table = RunTable(arguments.output / "rd_curves.csv", CODERS, arguments.binary, arguments.threads, arguments.again)
+    failures = sum(table.run(clip, method) for clip, method in itertools.product(clips, methods))
+    table.write()
     rd_plot.make(arguments.output)
     sys.exit(1 if failures else 0)
 
