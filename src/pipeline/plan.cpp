@@ -121,8 +121,11 @@ std::vector<JobPlan> plan_jobs(const std::vector<Job>& jobs, ExistingOutput exis
 std::int64_t clip_memory_bytes(const JobPlan& plan) {
     const std::int64_t vertices = plan.header.vertex_count;
     // Source, decoded, and what segmentation and coding hold at their peak, which is counted as one more copy
-    // of the clip. Measured: 2.3 copies (20 clusters, 20000 vertices, 600 frames).
-    const std::int64_t clip = 3 * 12 * vertices * plan.clip_length;
+    // of the clip. Measured: 2.3 copies (20 clusters, 20000 vertices, 600 frames). Baselines hold points,
+    // residuals and symbols of a whole clip at once. Measured: 6.2 copies (baseline-dynapack, 9971 vertices,
+    // 175 frames).
+    const std::int64_t copies = is_baseline(plan.job.codec.method) ? 7 : 3;
+    const std::int64_t clip = copies * 12 * vertices * plan.clip_length;
     // LCFs, seed triangles and coefficients of every cluster over time, and the double-precision copy that
     // the SVD of a cluster makes, of which one a thread lives; with few clusters that is the clip again,
     // twice as wide.

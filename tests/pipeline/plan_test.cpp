@@ -121,6 +121,9 @@ TEST_F(Plan, TokensFollowTheMemory) {
     const std::int64_t largest = clip_memory_bytes(plans[0]);
     EXPECT_GE(largest, 2 * 12 * 144 * 40);  // source and decoded at the very least
     EXPECT_GT(largest, clip_memory_bytes(plans[1]));
+    JobPlan baseline = plans[0];  // keeps points, residuals and symbols of all frames
+    baseline.job.codec.method = CodecMethod::kBaselineDynapack;
+    EXPECT_GE(clip_memory_bytes(baseline) - largest, 4 * 12 * 144 * 40);
     EXPECT_EQ(choose_tokens(plans, 1, 4), 1);
     EXPECT_EQ(choose_tokens(plans, 3 * largest, 4), 3);
     EXPECT_EQ(choose_tokens(plans, 1000 * largest, 4), 8);

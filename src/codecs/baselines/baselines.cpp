@@ -75,7 +75,7 @@ Expected<std::unique_ptr<DecodedClip>> decode_baseline(const ClipBitstream& clip
         case CodecMethod::kBaselineCpca:
             return decode_component_baseline(clip, mesh, components, size_limit_bytes, executor);
         case CodecMethod::kBaselineCoddyac:
-            return decode_trajectory_baseline(clip, mesh, components, size_limit_bytes, executor);
+            return decode_trajectory_baseline(clip, mesh, components, size_limit_bytes);
         case CodecMethod::kBaselineAffine:
             return decode_affine_motion(clip, mesh, size_limit_bytes, executor);
         case CodecMethod::kBaselineOctree:

@@ -10,6 +10,7 @@
 #include "codecs/baselines/baselines.h"
 #include "codecs/first_frame.h"
 #include "codecs/kept_frames.h"
+#include "codecs/lattice.h"
 #include "kernels/range_coder.h"
 #include "kernels/temporal_series.h"
 
@@ -203,29 +204,14 @@ class OctreeMotion {
     std::size_t last_size_ = 0;
 };
 
-/// Units and world.
-struct Lattice {
-    const BaselineHeader& header;
-    double unit = header.step() / kUnits;
+/// Of decoded vertices: whole units about the centre of the clip's box.
+Lattice unit_lattice(const BaselineHeader& header) { return {header.center, header.step() / kUnits}; }
 
-    double to_units(float value, std::size_t c) const {
-        if (!(unit > 0.0)) return 0.0;
-        return (static_cast<double>(value) - static_cast<double>(header.center[c])) / unit;
-    }
-    std::vector<Vector> nearest(std::span<const float> positions) const {
-        std::vector<Vector> points(positions.size() / 3);
-        constexpr auto kEnd = static_cast<double>(kFarthest);
-        for (std::size_t k = 0; k < positions.size(); ++k)
-            points[k / 3][k % 3] = static_cast<std::int32_t>(
-                std::clamp(std::floor(to_units(positions[k], k % 3) + 0.5), -kEnd, kEnd));
-        return points;
-    }
-    void to_world(const Vector& point, float* world) const {
-        for (std::size_t c = 0; c < 3; ++c)
-            world[c] = static_cast<float>(static_cast<double>(header.center[c]) +
-                                          static_cast<double>(point[c]) * unit);
-    }
-};
+std::vector<Vector> nearest_points(const Lattice& lattice, std::span<const float> positions) {
+    std::vector<Vector> points(positions.size() / 3);
+    for (std::size_t v = 0; v < points.size(); ++v) points[v] = lattice.nearest_point(&positions[3 * v]);
+    return points;
+}
 
 class OctreeEncoder {
  public:
@@ -279,7 +265,7 @@ class OctreeEncoder {
     Target change_of(std::int32_t v) const {
         Target change;
         for (std::size_t c = 0; c < 3; ++c)
-            change[c] = (lattice_.to_units(frame_.at(0, v)[c], c) - motion_.before(v)[c]) / kVectorUnits;
+            change[c] = (lattice_.place_of(frame_.at(0, v)[c], c) - motion_.before(v)[c]) / kVectorUnits;
         return change;
     }
     static Vector rounded(const Target& vector) {
@@ -296,7 +282,7 @@ class OctreeEncoder {
         return std::all_of(cell.members.begin(), cell.members.end(), [&](std::int32_t v) {
             double sum = 0.0;
             for (std::size_t c = 0; c < 3; ++c) {
-                const double d = lattice_.to_units(frame_.at(0, v)[c], c) - motion_.now(v)[c];
+                const double d = lattice_.place_of(frame_.at(0, v)[c], c) - motion_.now(v)[c];
                 sum += d * d;
             }
             return sum <= kUnits * kUnits;
@@ -356,8 +342,8 @@ Expected<EncodedClip> encode_octree_motion(PositionsView positions, const MeshTo
                                            const BaselineHeader& header, const Executor& executor) {
     auto first = encode_first_frame(positions, mesh, 0.5 * header.step(), executor);
     if (!first) return tl::unexpected(first.error());
-    const Lattice lattice{header};
-    OctreeMotion motion(lattice.nearest(first->positions), mesh.traversal().order);
+    const Lattice lattice = unit_lattice(header);
+    OctreeMotion motion(nearest_points(lattice, first->positions), mesh.traversal().order);
     OctreeEncoder encoder(lattice, motion);
     for (std::int64_t f = 1; f < positions.frame_count(); ++f)
         encoder.encode_frame(positions.frames(f, f + 1));
@@ -394,9 +380,10 @@ Expected<std::unique_ptr<DecodedClip>> decode_octree_motion(const ClipBitstream&
         if (!bytes.empty()) return fail(ErrorCode::kCorrupt, "one frame has no motion");
         return decoded;
     }
-    const Lattice lattice{header};
-    OctreeMotion motion(lattice.nearest({frames.data(), static_cast<std::size_t>(3 * clip.vertex_count)}),
-                        mesh->traversal().order);
+    const Lattice lattice = unit_lattice(header);
+    OctreeMotion motion(
+        nearest_points(lattice, {frames.data(), static_cast<std::size_t>(3 * clip.vertex_count)}),
+        mesh->traversal().order);
     auto decoder = RangeDecoder::open(bytes);
     if (!decoder) return fail_within(section_name(SectionId::kResiduals), decoder.error());
     std::vector<Vector> vectors;

@@ -315,9 +315,7 @@ Expected<EncodedClip> encode_trajectory_baseline(PositionsView positions, const 
 Expected<std::unique_ptr<DecodedClip>> decode_trajectory_baseline(const ClipBitstream& clip,
                                                                   const SharedMesh& mesh,
                                                                   std::int32_t components,
-                                                                  std::int64_t size_limit_bytes,
-                                                                  const Executor& executor) {
-    (void)executor;  // one stream, component by component
+                                                                  std::int64_t size_limit_bytes) {
     const auto info = read_baseline_info(clip);
     if (!info) return tl::unexpected(info.error());
     auto decoded = std::make_unique<TrajectoryClip>(*info);

@@ -21,7 +21,6 @@ Expected<EncodedClip> encode_trajectory_baseline(PositionsView positions, const 
 Expected<std::unique_ptr<DecodedClip>> decode_trajectory_baseline(const ClipBitstream& clip,
                                                                   const SharedMesh& mesh,
                                                                   std::int32_t components,
-                                                                  std::int64_t size_limit_bytes,
-                                                                  const Executor& executor);
+                                                                  std::int64_t size_limit_bytes);
 
 }  // namespace batchenc
